@@ -6,6 +6,8 @@
 
 namespace tumble {
 
+Sentence place_of_segment(const std::string& label) { return say("segment '{}'", label); }
+
 double rms_of(const Motion& random) { return std::sqrt(variance({random.psd_frequency, random.psd})); }
 
 std::vector<AxisCommand> commands_to(const Schedule& run, const std::string& axis) {

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "tumble/units/sentence.hpp"
+
 namespace tumble {
 
 /// Motion of one axis of the rig during a segment. Temperature and shake are axes like any other. All values in SI of
@@ -41,6 +43,9 @@ struct Segment {
   std::map<std::string, Motion> axes;
   bool approach = false;  ///< only brings the rig to where the next segment begins: no sample of it is needed
 };
+
+/// Where a problem with a segment is: "segment 'up'".
+Sentence place_of_segment(const std::string& label);
 
 using Schedule = std::vector<Segment>;
 

@@ -99,6 +99,9 @@ std::vector<double> coefficients_of(const Model& model, const Output& output, co
 /// The noise that the [truth] of a model states, with names that begin with `prefix`.
 NoiseModel noise_of(const Settings& truth, const std::string& prefix = "");
 
+/// A problem that a model has with its constants: the sentence behind "[truth]". Null: the problem is about something else.
+const Sentence* about_truth(const Problem& problem);
+
 /// The entry of that name, or Error::unsupported with the nearest known name.
 const Model& find_model(std::string_view name);
 

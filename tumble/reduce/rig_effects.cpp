@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cmath>
 #include <set>
 #include <tuple>
@@ -17,7 +16,6 @@
 namespace tumble {
 
 std::optional<double> rig_sd(const Plan& plan, std::string_view name) {
-  assert(is_error_name(name));
   if (plan.rig_kind.empty()) return {};
   for (const auto& error : find_rig(plan.rig_kind).errors(plan.rig, plan.site))
     if (error.name == name) return error.sd;

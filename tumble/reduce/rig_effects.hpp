@@ -29,7 +29,7 @@ struct PlanError {
 
 /// Standard deviation of one error of a plan's rig [SI].
 ///
-/// Given     name   one of rigs/error_names.hpp; any other is a mistake of the program (assertion)
+/// Given     name   one of rigs/error_names.hpp
 /// Returned  nothing where the plan has no rig, or a rig that has no such error
 std::optional<double> rig_sd(const Plan& plan, std::string_view name);
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "tumble/earth/earth.hpp"
-#include "tumble/rigs/error_names.hpp"
+#include "tumble/rigs/testing/error_names.hpp"
 
 namespace tumble {
 namespace {

@@ -42,7 +42,7 @@ struct Figure {
 /// The plots of a result: the curves of one figure and of the same dimensions in one plot, in the units of the first.
 /// Where several plots show one quantity of several outputs, a plot of all of them comes first. A result whose curves
 /// show no residuals has plots of those of its tables. A curve of more than 5000 points is drawn with fewer: the
-/// smallest and the largest of each interval remain. Tables `NAME_map` and `NAME_points` are drawn last, as
+/// smallest and the largest of each interval remain. Maps are drawn last, as
 /// figure/maps.hpp says.
 std::vector<Figure> figures_of(const Estimate& estimate);
 

@@ -1,8 +1,11 @@
 #include "tumble/report/in_language.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
-#include <tuple>
+#include <filesystem>
+#include <optional>
 
 #include "tumble/language/said.hpp"
 #include "tumble/language/texts.hpp"
@@ -31,14 +34,26 @@ void say_table_in(Language language, const std::string& method, Table& table) {
   }
 }
 
+/// The recordings as a title names them that the program made, "day 1.csv and 2 more"; absent: it made another title,
+/// or a user did. The file of a calibration may stand before the recordings.
+std::optional<std::string> recordings_in_title(const Estimate& estimate) {
+  const auto& inputs = estimate.provenance.inputs;
+  for (std::size_t first = 0; first < std::min(inputs.size(), std::size_t{2}); ++first) {
+    const std::size_t count = inputs.size() - first;
+    const auto name = std::filesystem::path(inputs[first].file).filename().string();
+    for (const auto& files : {count == 1 ? name : fmt::format("{} and {} more", name, count - 1),
+                              fmt::format("{} files, one record", count)})
+      if (estimate.title == estimate.method + " of " + files) return files;
+  }
+  return std::nullopt;
+}
+
 /// That of a plan which travels with the program, or one that the program made of the method; titles of users stay.
 std::string title_in(Language language, const Estimate& estimate) {
-  const auto& [method, title] = std::tie(estimate.method, estimate.title);
-  const auto name = result_words_in(language, method).value_or(method);
-  if (title == method) return name;
-  if (!title.starts_with(method + " of ")) return said_in(language, title);
-  const auto files = title.substr(method.size() + 4);
-  return name + "：" + result_words_in(language, files).value_or(files);
+  const auto name = result_words_in(language, estimate.method).value_or(estimate.method);
+  if (estimate.title == estimate.method) return name;
+  const auto files = recordings_in_title(estimate);
+  return files ? name + "：" + result_words_in(language, *files).value_or(*files) : said_in(language, estimate.title);
 }
 
 void say_axis_in(Language language, Figure::Axis& axis) { axis.name = readable_name(language, axis.name); }

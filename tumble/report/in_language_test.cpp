@@ -12,6 +12,7 @@ constexpr auto zh = Language::chinese;
 Estimate example() {
   Estimate estimate;
   estimate.method = "accelerometer_tumble", estimate.title = "accelerometer_tumble of day 1.csv";
+  estimate.provenance.inputs.push_back({"june/day 1.csv", ""});
   estimate.parameters = {{"bias", "K_0", Unit::parse("mg"), 0.0, "bias"}};
   estimate.budget = {{"positioning of head", "", {}}};
   estimate.tables = {{"positions",

@@ -6,6 +6,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "tumble/units/error.hpp"
 #include "tumble/units/text_parts.hpp"
 
 namespace tumble {
@@ -129,6 +130,16 @@ std::size_t Node::one_of(const std::vector<std::string>& words) const {
   }
   complain(say("'{}' is not one of {}", word, fmt::join(words, ", ")));
   return 0;
+}
+
+Unit unit_of(const Node& node) {
+  if (node.absent()) return {};
+  try {
+    return Unit::parse(node.text());
+  } catch (const Error& error) {
+    node.complain(reason_of(error));
+    return {};
+  }
 }
 
 }  // namespace tumble

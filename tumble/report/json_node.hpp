@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "tumble/units/sentence.hpp"
+#include "tumble/units/unit.hpp"
 
 namespace tumble {
 
@@ -46,5 +47,8 @@ class Node {
   std::string path_;
   Problems* problems_;
 };
+
+/// The unit that a node names; the unit 1 where it is absent or, with a problem, where it is no unit.
+Unit unit_of(const Node& node);
 
 }  // namespace tumble

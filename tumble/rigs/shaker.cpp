@@ -123,7 +123,7 @@ bool spectrum_is_sound(const Motion& motion) {
 
 /// What one segment asks beyond the shaker.
 void check(const Segment& segment, const Motion& motion, const Settings& options, Problems& problems) {
-  const auto refuse = [&](const Sentence& text) { problems.push_back(say("segment '{}': {}", segment.label, text)); };
+  const auto refuse = [&](const Sentence& text) { problems.push_back(within(place_of_segment(segment.label), text)); };
   if (motion.kind == Kind::hold) {
     if (motion.value != 0.0) refuse("shake cannot hold an acceleration: only 0, at rest");
     return;

@@ -57,9 +57,9 @@ Problems refusals(const Schedule& schedule, const Settings& options) {
   const Unit celsius = Unit::parse("degC"), ramp_unit = Unit::parse("K/min");
   const auto check_temperature = [&](const Segment& segment, double temperature) {
     if (temperature < lowest || temperature > highest)
-      problems.push_back(say("segment '{}': {:.6g} degC is outside of the chamber's {:.6g} to {:.6g} degC",
-                             segment.label, celsius.from_si(temperature), celsius.from_si(lowest),
-                             celsius.from_si(highest)));
+      problems.push_back(within(place_of_segment(segment.label),
+                                say("{:.6g} degC is outside of the chamber's {:.6g} to {:.6g} degC",
+                                    celsius.from_si(temperature), celsius.from_si(lowest), celsius.from_si(highest))));
   };
   int run = 0;
   for (const auto& segment : schedule) {
@@ -78,9 +78,10 @@ Problems refusals(const Schedule& schedule, const Settings& options) {
         problems.push_back(
             say("segment '{}' begins run {} with a ramp: dwell at the start temperature first", segment.label, run));
       if (motion.value > options.number("ramp_limit") * (1 + 1e-12))
-        problems.push_back(say("segment '{}': {:.6g} K/min is more than the chamber's ramp_limit of {:.6g} K/min",
-                               segment.label, ramp_unit.from_si(motion.value),
-                               ramp_unit.from_si(options.number("ramp_limit"))));
+        problems.push_back(
+            within(place_of_segment(segment.label),
+                   say("{:.6g} K/min is more than the chamber's ramp_limit of {:.6g} K/min",
+                       ramp_unit.from_si(motion.value), ramp_unit.from_si(options.number("ramp_limit")))));
     } else {
       check_temperature(segment, motion.value);
     }

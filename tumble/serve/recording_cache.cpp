@@ -106,6 +106,17 @@ void remove_abandoned(const fs::path& cache) {
   }
 }
 
+/// Gives a pyramid a second name: somebody may open the first.
+void add_lasting_name(const fs::path& before, const fs::path& cache, const std::string& lasting) {
+  const fs::path after = cache / (lasting + ".pyr");
+  std::error_code failed;
+  fs::create_hard_link(before, after, failed);
+  if (!failed || fs::exists(after)) return;                                    // another server was there first
+  const fs::path part = cache / fmt::format("{}.{}.part", lasting, getpid());  // a half copy has no lasting name
+  fs::copy_file(before, part, fs::copy_options::overwrite_existing);
+  fs::rename(part, after);
+}
+
 }  // namespace
 
 void prepare_recording(
@@ -131,16 +142,9 @@ void prepare_recording(
   }
   if (names->checksum.empty() && !fs::is_directory(recording)) {
     names->checksum = checksum ? checksum() : sha256_of_file(recording);
-    const std::string lasting = pyramid_name(names->checksum, key, sets);
-    const fs::path before = cache / (names->pyramid + ".pyr"), after = cache / (lasting + ".pyr");
-    std::error_code failed;
-    fs::create_hard_link(before, after, failed);  // both names, while somebody may open the first
-    if (failed && !fs::exists(after)) {           // else another server was there first
-      const fs::path part = cache / fmt::format("{}.{}.part", lasting, getpid());  // a half copy has no lasting name
-      fs::copy_file(before, part, fs::copy_options::overwrite_existing);
-      fs::rename(part, after);
-    }
-    names->pyramid = lasting;
+    const fs::path before = cache / (names->pyramid + ".pyr");
+    names->pyramid = pyramid_name(names->checksum, key, sets);
+    add_lasting_name(before, cache, names->pyramid);
     write_names(cache, key, *names);
     fs::remove(before);
   }

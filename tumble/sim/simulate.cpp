@@ -17,7 +17,6 @@ constexpr double most_samples = 1e12;  ///< a channel: 8 TB
 /// What the instrument's model finds wrong with its terms, physics and electronics.
 void append_truth_problems(const Plan& plan, const Participant& participant, Problems& problems) {
   const auto& [prefix, model, truth, mount] = participant;
-  const std::string where = prefix.empty() ? "[truth]" : "[beside." + prefix + "truth]";
   const std::size_t before = problems.size();
   const auto outputs = attempt(problems, [&] { return model.outputs(truth); });
   if (model.coefficients) attempt(problems, [&] { return model.coefficients(truth); });
@@ -28,7 +27,8 @@ void append_truth_problems(const Plan& plan, const Participant& participant, Pro
     attempt(problems, [&] { return model.record(truth, 0, step, RandomStream(0)); });
   if (!prefix.empty())
     for (std::size_t k = before; k < problems.size(); ++k)
-      if (problems[k].what.pattern.starts_with("[truth] ")) problems[k].what.pattern.replace(0, 7, where);
+      if (const Sentence* said = about_truth(problems[k]))
+        problems[k] = say("[beside.{}truth] {}", Name{prefix}, *said);
 }
 
 /// All instruments make their steps together.
@@ -64,10 +64,10 @@ void append_rate_problems(const Plan& plan, Problems& problems) {
       const double highest = highest_frequency(motion);
       const bool sine = motion.kind == Motion::Kind::sine;
       if (sine ? 2.0 * highest >= rate : 2.0 * highest > rate)
-        problems.push_back(
-            say("segment '{}': {} at {:.6g} Hz needs more than {:.6g} steps a second, and the simulation takes "
-                "{:.6g}: raise [truth] oversampling",
-                segment.label, Name{axis}, highest, 2.0 * highest, rate));
+        problems.push_back(within(place_of_segment(segment.label),
+                                  say("{} at {:.6g} Hz needs more than {:.6g} steps a second, and the simulation takes "
+                                      "{:.6g}: raise [truth] oversampling",
+                                      Name{axis}, highest, 2.0 * highest, rate)));
     }
   double samples = 0.0;
   for (const auto& segment : plan.schedule) samples += segment.duration * plan.sample_rate;

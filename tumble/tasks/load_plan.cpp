@@ -12,11 +12,13 @@
 #include "tumble/models/model.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/tasks/kind_of_file.hpp"
+#include "tumble/tasks/plan_file/beside.hpp"
 #include "tumble/tasks/plan_file/check_schedule.hpp"
 #include "tumble/tasks/plan_file/file_named.hpp"
 #include "tumble/tasks/plan_file/files_like.hpp"
 #include "tumble/tasks/plan_file/limits.hpp"
 #include "tumble/tasks/plan_file/prior.hpp"
+#include "tumble/tasks/plan_file/reading.hpp"
 #include "tumble/tasks/plan_file/recording_entry.hpp"
 #include "tumble/tasks/plan_file/schedule.hpp"
 #include "tumble/tasks/plan_file/site.hpp"
@@ -29,32 +31,10 @@ namespace tumble {
 namespace {
 
 using plan_file::files_like;
-using tables::FileProblems;
+using plan_file::look_up;
+using plan_file::Reading;
+using plan_file::resolve_section;
 using tables::Section;
-
-/// Runs `find`, a look-up in a catalogue; what it says when the name is unknown becomes a problem of that key.
-template <class Find>
-auto look_up(Section& section, std::string_view key, Find find) -> decltype(&find()) {
-  try {
-    return &find();
-  } catch (const Error& error) {
-    for (const auto& problem : error.problems) section.problem_at(key, problem);
-    return nullptr;
-  }
-}
-
-/// A plan while it is read: what the sections that come later need of those before them.
-struct Reading {
-  Plan plan;
-  FileProblems problems;
-  SortedSets sets;
-  const Method* method = nullptr;
-  const Model* model = nullptr;
-  const Rig* rig = nullptr;
-  bool part = false;                                              ///< of another plan, which says the method
-  bool clean_schedule = false;                                    ///< and a clean rig: what they ask can be put to it
-  std::map<std::string, std::shared_ptr<const Plan>> parts = {};  ///< plans of recordings, by file; null: refused
-};
 
 Plan load(const std::string& path, const Sets& sets, bool part);
 
@@ -69,12 +49,6 @@ void read_instrument(Reading& reading, const toml::table& table) {
     reading.model = look_up(
         section, "model", [&]() -> auto& { return find_model(reading.plan.instrument_model); });
   section.close();
-}
-
-/// The keys of a table, as overridden by the command line, against what `options` accept.
-Settings resolve_section(Reading& reading, Section& section, const std::vector<Option>& options, const Sentence& what,
-                         const std::vector<Given>& sets) {
-  return resolve(options, overridden(section.rest(), sets), what, reading.problems.all);
 }
 
 void read_rig(Reading& reading, const toml::table& table) {
@@ -145,52 +119,6 @@ void read_truth(Reading& reading, const toml::table& table) {
                                          say("model {}", Name{reading.plan.instrument_model}), reading.sets.truth);
   else if (reading.plan.instrument_model.empty())
     section.problem("needs the instrument's model: [instrument] model = \"...\"");
-}
-
-/// A further instrument. Of the plan's own model it has the plan's truth, but for what it says itself.
-Beside read_one_beside(Reading& reading, const std::string& name, const toml::table& table, const toml::table& truth) {
-  Section section(table, "[beside." + name + "]", reading.problems);
-  Beside beside{name, section.text("model").value_or(reading.plan.instrument_model), {}};
-  const Model* model = beside.model.empty()
-                           ? nullptr
-                           : look_up(
-                                 section, "model", [&]() -> auto& { return find_model(beside.model); });
-  if (beside.model.empty()) section.missing("model", "\"fiber_optic_gyro\"");
-  beside.mount_roll = section.quantity("mount_roll", Unit::parse("deg")).value_or(0.0);
-  beside.mount_pitch = section.quantity("mount_pitch", Unit::parse("deg")).value_or(0.0);
-  beside.mount_yaw = section.quantity("mount_yaw", Unit::parse("deg")).value_or(0.0);
-  const auto* own = section.table("truth");
-  std::vector<Given> given;
-  if (beside.model == reading.plan.instrument_model) {
-    FileProblems heard;  // the truth of the plan has been read and complained about before
-    given = overridden(Section(truth, "[truth]", heard).rest(), reading.sets.truth);
-  }
-  if (own) given = overridden(std::move(given), Section(*own, "[beside." + name + ".truth]", reading.problems).rest());
-  std::vector<Given> sets;
-  for (const auto& set : reading.sets.beside)
-    if (const std::string start = name + ".truth."; set.key.starts_with(start)) {
-      sets.push_back(set);
-      sets.back().key = set.key.substr(start.size());
-    }
-  if (model)
-    beside.truth = resolve(truth_options(*model), overridden(std::move(given), sets),
-                           say("model {}", Name{beside.model}), reading.problems.all);
-  section.close();
-  return beside;
-}
-
-void read_beside(Reading& reading, const toml::table& tables, const toml::table& truth) {
-  Section section(tables, "[beside]", reading.problems);
-  auto names = section.unread();  // by the alphabet; the order of the file is that of the channels
-  std::ranges::sort(names, {}, [&](const std::string& name) { return tables.get(name)->source().begin.line; });
-  for (const auto& name : names)
-    if (const auto* table = section.table(name))
-      reading.plan.beside.push_back(read_one_beside(reading, name, *table, truth));
-  for (const auto& set : reading.sets.beside) {
-    const auto known = [&](const Beside& one) { return set.key.starts_with(one.name + ".truth."); };
-    if (std::none_of(reading.plan.beside.begin(), reading.plan.beside.end(), known))
-      reading.problems.all.push_back(say("--set beside.{}: the plan has no such [beside.NAME.truth]", Name{set.key}));
-  }
 }
 
 /// The plan of a recording that was made on another rig, or by another schedule, with the same instrument.
@@ -292,6 +220,16 @@ void read_calibration(Reading& reading, Section& root) {
   if (text) root.problem_at("calibration", problem);
 }
 
+/// The prior of the plan, or as the command line says, which wins.
+void read_prior(Reading& reading, Section& root) {
+  reading.plan.prior = plan_file::read_prior(root, std::filesystem::path(reading.plan.file).parent_path().string(),
+                                             reading.method, reading.problems);
+  if (!reading.sets.prior) return;
+  reading.plan.prior.from = *reading.sets.prior;
+  if (const auto refusal = reading.method ? plan_file::refusal_of_prior(*reading.method) : Sentence(); !refusal.empty())
+    reading.problems.all.push_back(say("--set prior: {}", refusal));
+}
+
 void read_sections(Reading& reading, const toml::table& document) {
   static const toml::table nothing;
   Section root(document, "", reading.problems);
@@ -306,14 +244,7 @@ void read_sections(Reading& reading, const toml::table& document) {
     reading.method = look_up(
         root, "method", [&]() -> auto& { return find_method(reading.plan.method); });
   read_calibration(reading, root);
-  reading.plan.prior = plan_file::read_prior(root, std::filesystem::path(reading.plan.file).parent_path().string(),
-                                             reading.method, reading.problems);
-  if (reading.sets.prior) {
-    reading.plan.prior.from = *reading.sets.prior;
-    if (const auto refusal = reading.method ? plan_file::refusal_of_prior(*reading.method) : Sentence();
-        !refusal.empty())
-      reading.problems.all.push_back(say("--set prior: {}", refusal));
-  }
+  read_prior(reading, root);
   read_instrument(reading, section("instrument"));
   if (const auto& site = section("site"); given("site"))
     reading.plan.site = plan_file::read_site(site, reading.problems);
@@ -328,7 +259,7 @@ void read_sections(Reading& reading, const toml::table& document) {
   if (const auto* array = tables(root, "limit")) reading.plan.limits = plan_file::read_limits(*array, reading.problems);
   const auto& truth = section("truth");
   if (given("truth") || !reading.sets.truth.empty()) read_truth(reading, truth);
-  if (given("beside") || !reading.sets.beside.empty()) read_beside(reading, section("beside"), truth);
+  if (given("beside") || !reading.sets.beside.empty()) plan_file::read_beside(reading, section("beside"), truth);
   if (!reading.sets.rig.empty() && !given("rig"))
     reading.problems.all.push_back(say("--set rig.{}: the plan has no [rig]", Name{reading.sets.rig.front().key}));
   root.close();

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tumble/earth/earth.hpp"
+#include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/rigs/capabilities.hpp"
 #include "tumble/rigs/error_names.hpp"
 
@@ -20,6 +21,11 @@ using Severity = Finding::Severity;
 constexpr double greatest_scale_error = 0.2;
 constexpr double sds_beyond_chance = 4.0;
 const double greatest_misalignment = si(3.0, "deg");
+
+/// Angles of the input axis of one output, by the models of instruments. Those of triads are not limited.
+constexpr std::array<std::string_view, 7> misalignments{"misalignment",   "misalignment_o", "misalignment_p",
+                                                        "misalignment_O", "misalignment_S", "misalignment_y",
+                                                        "misalignment_z"};
 
 /// Methods that report the sign themselves have more to say about its cause.
 constexpr std::array<std::string_view, 12> about_sign{"gravity_inverted",
@@ -34,6 +40,16 @@ constexpr std::array<std::string_view, 12> about_sign{"gravity_inverted",
                                                       "scale_factor_negative_in_set",
                                                       "scale_factor_of_other_sign",
                                                       "wrong_sign"};
+
+/// Whether a parameter is the relative error of the scale factor of a channel of a triad, in one of the calibrations
+/// that imu_channel_calibration compares or in the only one.
+bool is_scale_factor_error_of_triad(const std::string& name) {
+  for (const char* calibration : {"", "split.", "whole_minus_split."})
+    for (const imu::Kind kind : imu::kinds)
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        if (name == calibration + imu::role_of(kind, axis) + "_scale_factor_error") return true;
+  return false;
+}
 
 bool is_about_sign(const Finding& finding) {
   return std::ranges::find(about_sign, std::string_view(finding.code)) != about_sign.end();
@@ -117,14 +133,14 @@ Findings implausible(const Estimate& estimate, const Plan& plan) {
   Findings findings;
   const bool said = std::ranges::any_of(estimate.findings, is_about_sign);
   for (const Parameter& parameter : estimate.parameters) {
-    const bool relative = parameter.name.ends_with("scale_factor_error"),
-               alone = parameter.name == "scale_factor_error";
+    const bool alone = parameter.name == "scale_factor_error",
+               relative = alone || is_scale_factor_error_of_triad(parameter.name);
     const bool positive = parameter.name == "scale_factor" || parameter.name == "effective_radius";
     if ((relative && parameter.value < -1.0) || (positive && parameter.value < 0.0)) {
       if (!said) findings.push_back(finding("wrong_sign", parameter, relative ? -1.0 : 0.0));
     } else if (alone && std::abs(parameter.value) > greatest_scale_error) {
       findings.push_back(finding("beyond_linear_form", parameter, greatest_scale_error));
-    } else if (parameter.name.starts_with("misalignment") &&
+    } else if (std::ranges::find(misalignments, parameter.name) != misalignments.end() &&
                parameter.unit.dimension() == Unit::parse("deg").dimension() &&
                std::abs(parameter.value) > greatest_misalignment) {
       findings.push_back(finding("beyond_linear_form", parameter, greatest_misalignment));

@@ -11,12 +11,11 @@
 
 namespace tumble::tables {
 
-std::string FileProblems::place(const toml::source_region& at) const {
-  return at.begin.line == 0 ? file : fmt::format("{}:{}", file, at.begin.line);  // 0: given on the command line
-}
+std::string FileProblems::place(const toml::source_region& at) const { return where(at).place.text(); }
 
 Where FileProblems::where(const toml::source_region& at) const {
-  return {.file = file, .line = at.begin.line, .place = say("{}", Name{place(at)})};
+  const auto line = at.begin.line;  // 0: given on the command line
+  return {.file = file, .line = line, .place = line == 0 ? say("{}", Name{file}) : say("{}:{}", Name{file}, line)};
 }
 
 void FileProblems::add(const toml::source_region& at, Problem problem) {

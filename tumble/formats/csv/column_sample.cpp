@@ -26,48 +26,52 @@ double median_of(std::vector<double>& values) {
   return *middle;
 }
 
+/// The contents of the cells of one column.
+ColumnSample sample_of(const std::vector<std::vector<std::string>>& rows, std::size_t c) {
+  ColumnSample sample;
+  std::size_t words = 0, filled = 0, stamps = 0;
+  bool first = true;
+  std::vector<double> steps;
+  for (const auto& row : rows) {
+    if (c >= row.size() || row[c].empty()) continue;
+    const std::string& cell = row[c];
+    sample.empty = false;
+    if (in_groups(cell, ',', '.') && cell.find(',') == cell.rfind(',') && cell.find('.') == cell.npos) {
+      if (sample.grouped.empty()) sample.grouped = cell;
+    } else {
+      sample.decimal_commas = sample.decimal_commas || cell.find(',') != cell.npos;
+    }
+    ++filled;
+    const StampKind kind = stamp_kind(cell);
+    if (kind != StampKind::none && (stamps == 0 || kind == sample.kind)) {
+      sample.kind = kind;
+      ++stamps;
+      sample.cells.push_back(cell);
+    } else if (const auto value = number_in(cell); value && std::isfinite(*value)) {
+      sample.numbers = true;
+      if (first)
+        sample.first = *value;
+      else if (*value != sample.last)
+        steps.push_back(std::abs(*value - sample.last));
+      first = false;
+      sample.last = *value;
+      sample.greatest = std::max(sample.greatest, std::abs(*value));
+    } else {
+      words += !numeric(cell);
+      if (sample.other.empty()) sample.other = cell;
+    }
+  }
+  sample.step = median_of(steps);
+  if (2 * stamps <= filled) sample.kind = StampKind::none;
+  sample.text = sample.kind == StampKind::none && 2 * words > filled;
+  return sample;
+}
+
 }  // namespace
 
 std::vector<ColumnSample> sampled(const std::vector<std::vector<std::string>>& rows, std::size_t columns) {
-  std::vector<ColumnSample> samples(columns);
-  for (std::size_t c = 0; c < columns; ++c) {
-    ColumnSample& sample = samples[c];
-    std::size_t words = 0, filled = 0, stamps = 0;
-    bool first = true;
-    std::vector<double> steps;
-    for (const auto& row : rows) {
-      if (c >= row.size() || row[c].empty()) continue;
-      const std::string& cell = row[c];
-      sample.empty = false;
-      if (in_groups(cell, ',', '.') && cell.find(',') == cell.rfind(',') && cell.find('.') == cell.npos) {
-        if (sample.grouped.empty()) sample.grouped = cell;
-      } else {
-        sample.decimal_commas = sample.decimal_commas || cell.find(',') != cell.npos;
-      }
-      ++filled;
-      const StampKind kind = stamp_kind(cell);
-      if (kind != StampKind::none && (stamps == 0 || kind == sample.kind)) {
-        sample.kind = kind;
-        ++stamps;
-        sample.cells.push_back(cell);
-      } else if (const auto value = number_in(cell); value && std::isfinite(*value)) {
-        sample.numbers = true;
-        if (first)
-          sample.first = *value;
-        else if (*value != sample.last)
-          steps.push_back(std::abs(*value - sample.last));
-        first = false;
-        sample.last = *value;
-        sample.greatest = std::max(sample.greatest, std::abs(*value));
-      } else {
-        words += !numeric(cell);
-        if (sample.other.empty()) sample.other = cell;
-      }
-    }
-    sample.step = median_of(steps);
-    if (2 * stamps <= filled) sample.kind = StampKind::none;
-    sample.text = sample.kind == StampKind::none && 2 * words > filled;
-  }
+  std::vector<ColumnSample> samples;
+  for (std::size_t c = 0; c < columns; ++c) samples.push_back(sample_of(rows, c));
   return samples;
 }
 

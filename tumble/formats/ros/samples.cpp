@@ -179,16 +179,21 @@ void read_piece(const Log& log, const Piece& piece, const std::vector<Stream>& s
 
 bool is_large(const Piece& piece) { return std::max(piece.size, piece.unpacked) > large; }
 
+/// As many slots as pieces are read together, at least one.
+std::vector<Slot> slots_for(const std::vector<Stream>& streams, std::size_t pieces) {
+  const std::size_t at_once = std::size_t{8} * std::max(1u, std::thread::hardware_concurrency());
+  std::vector<Slot> slots;
+  for (std::size_t i = 0; i < std::min(at_once, std::max<std::size_t>(1, pieces)); ++i) slots.emplace_back(streams);
+  return slots;
+}
+
 }  // namespace
 
 ScanReport scan(const Log& log, const std::vector<Stream>& streams, const topics::Take& take,
                 const Progress& progress) {
   const Directory directory(streams);
-  const std::size_t slots_at_once = std::size_t{8} * std::max(1u, std::thread::hardware_concurrency());
   IdleWindows windows;
-  std::vector<Slot> slots;
-  for (std::size_t i = 0; i < std::min(slots_at_once, std::max<std::size_t>(1, log.pieces.size())); ++i)
-    slots.emplace_back(streams);
+  std::vector<Slot> slots = slots_for(streams, log.pieces.size());
   ScanReport result;
   const auto note = [&](const Slot& slot, const Piece& piece) {
     if (!slot.damage || piece.cut) return;

@@ -182,9 +182,17 @@ std::vector<FoundEffect> found(const Draws& draws, const MatrixXd& columns, cons
   return effects;
 }
 
+/// Adds the squares within the rows, the freedom and the fitted values of one output. Given: b, all parameters.
+void add_output(const MixedData& output, const MixedFit& alone, const PartOfUnit& part, const VectorXd& b,
+                MixedFit& fit) {
+  if (alone.white_variance > 0.0) fit.chi_square += part.rows.within_squares / alone.white_variance;
+  fit.degrees_of_freedom += alone.degrees_of_freedom;
+  const VectorXd fitted = map(output.design) * b.segment(part.first_parameter, part.start.size());
+  fit.fitted.insert(fit.fitted.end(), fitted.data(), fitted.data() + fitted.size());
+}
+
 }  // namespace
 
-// NOLINTNEXTLINE(readability-function-size): 44 lines; to be split when it changes
 JointFit fit_joint_model(std::span<const MixedData> outputs, std::span<const MixedFit> alone) {
   if (outputs.empty() || outputs.size() != alone.size())
     throw Error(Error::Kind::internal, "joint model: every output needs the fit of its own");
@@ -218,12 +226,7 @@ JointFit fit_joint_model(std::span<const MixedData> outputs, std::span<const Mix
   fit.condition = best.condition;
   const VectorXd last = residuals - design * correction;
   fit.chi_square = last.dot(best.root.solve(last));
-  for (std::size_t c = 0; c < parts.size(); ++c) {
-    if (alone[c].white_variance > 0.0) fit.chi_square += parts[c].rows.within_squares / alone[c].white_variance;
-    fit.degrees_of_freedom += alone[c].degrees_of_freedom;
-    const VectorXd fitted = map(outputs[c].design) * b.segment(parts[c].first_parameter, parts[c].start.size());
-    fit.fitted.insert(fit.fitted.end(), fitted.data(), fitted.data() + fitted.size());
-  }
+  for (std::size_t c = 0; c < parts.size(); ++c) add_output(outputs[c], alone[c], parts[c], b, fit);
   if (observed) out.effects = found(draws, columns, best, last);
   return out;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <unsupported/Eigen/FFT>
 
 #include "tumble/math/extremes.hpp"
@@ -316,33 +317,32 @@ void Sines::refine() {
   }
 }
 
-// NOLINTNEXTLINE(readability-function-size): 44 lines; to be split when it changes
-SineQuality Sines::quality(std::size_t which, const std::function<double(double)>& level) const {
+namespace {
+
+/// Mean power density of the spectrum beside a sine of this frequency, whose line is `1 / m.weight` wide; absent where
+/// there are too few frequencies. Given: samples in a block.
+template <typename Baseband>
+std::optional<double> level_beside(const Baseband& base, const Moments& m, double frequency, std::size_t block) {
   constexpr double nearest = 3.0, farthest = 40.0, fewest = 20.0;
-  const Sine& sine = sines_[which];
-  const Baseband base = baseband(sine.frequency);
-  const Moments m = moments_of(base);
   const auto spectrum = transformed(base.sum, 1);
-  const double step = 1.0 / static_cast<double>(spectrum.size() * block_), width = 1.0 / m.weight;
+  const double step = 1.0 / static_cast<double>(spectrum.size() * block), width = 1.0 / m.weight;
   double power = 0.0, count = 0.0;
   for (std::size_t j = 0; j < spectrum.size(); ++j) {
     const double at = frequency_of(j, spectrum.size(), step);
     const double away = std::abs(at);
-    if (away < nearest * width || away > std::min(farthest * width, of_block_band / static_cast<double>(block_)) ||
-        away > of_frequency * sine.frequency || sine.frequency + away > 0.5)
+    if (away < nearest * width || away > std::min(farthest * width, of_block_band / static_cast<double>(block)) ||
+        away > of_frequency * frequency || frequency + away > 0.5)
       continue;
     power += std::norm(spectrum[j]);
     ++count;
   }
-  SineQuality quality;
-  const bool measured = count * step / width >= fewest;
-  quality.level = measured ? power / count / m.square : level(sine.frequency);
-  const double amplitude = std::abs(sine.amplitude);
-  quality.amplitude_sd = std::sqrt(2.0 * quality.level * m.square) / m.weight;
-  quality.frequency_sd = std::sqrt(2.0 * quality.level * m.square_spread) / (amplitude * m.spread) / two_pi;
-  quality.power = 0.5 * std::pow(amplitude / quality.amplitude_sd, 2);
-  const auto parts = static_cast<std::size_t>(std::clamp(sine.frequency * m.weight / cycles_of_part, 1.0, most_parts));
-  if (parts < 3) return quality;
+  if (!(count * step / width >= fewest)) return std::nullopt;
+  return power / count / m.square;
+}
+
+/// Sets wander and unsteadiness of a sine from its differences between parts of the record, unless these are too few.
+template <typename Baseband>
+void set_steadiness(const Baseband& base, const Moments& m, double amplitude, std::size_t parts, SineQuality& quality) {
   double off = 0.0, square = 0.0, used = 0.0;
   for (std::size_t p = 0; p < parts; ++p) {
     Complex sum;
@@ -357,9 +357,26 @@ SineQuality Sines::quality(std::size_t which, const std::function<double(double)
     square += weight / m.weight * std::norm(2.0 * sum / weight);
     ++used;
   }
-  if (used < fewest_parts) return quality;
+  if (used < fewest_parts) return;
   quality.wander = off / (2.0 * used - 3.0);
   quality.unsteadiness = std::sqrt(square) / amplitude;
+}
+
+}  // namespace
+
+SineQuality Sines::quality(std::size_t which, const std::function<double(double)>& level) const {
+  const Sine& sine = sines_[which];
+  const Baseband base = baseband(sine.frequency);
+  const Moments m = moments_of(base);
+  SineQuality quality;
+  const auto measured = level_beside(base, m, sine.frequency, block_);
+  quality.level = measured ? *measured : level(sine.frequency);
+  const double amplitude = std::abs(sine.amplitude);
+  quality.amplitude_sd = std::sqrt(2.0 * quality.level * m.square) / m.weight;
+  quality.frequency_sd = std::sqrt(2.0 * quality.level * m.square_spread) / (amplitude * m.spread) / two_pi;
+  quality.power = 0.5 * std::pow(amplitude / quality.amplitude_sd, 2);
+  const auto parts = static_cast<std::size_t>(std::clamp(sine.frequency * m.weight / cycles_of_part, 1.0, most_parts));
+  if (parts >= 3) set_steadiness(base, m, amplitude, parts, quality);
   return quality;
 }
 

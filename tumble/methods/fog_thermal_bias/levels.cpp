@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "tumble/math/bisection.hpp"
 #include "tumble/math/linear_algebra.hpp"
@@ -48,6 +49,17 @@ double restricted_variance(const Contrasts& contrasts) {
                   }).high);
 }
 
+/// Mean of the known variances of the contrasts, weighted as the turn-on variance is, and the sum of the weights.
+std::pair<double, double> weighted_variance(const Contrasts& contrasts, double turn_on_variance) {
+  double information = 0.0, weighted = 0.0;
+  for (const double v : contrasts.variances) {
+    const double weight = std::pow(v + turn_on_variance, -2);
+    information += weight;
+    weighted += weight * v;
+  }
+  return {weighted / information, information};
+}
+
 }  // namespace
 
 LevelFit fit_levels(const std::vector<RunLevel>& levels, const std::vector<double>& parameters,
@@ -69,13 +81,8 @@ LevelFit fit_levels(const std::vector<RunLevel>& levels, const std::vector<doubl
   const Matrix known = diagonal(own) + sandwich(regressors, covariance);
   const Contrasts contrasts = contrasts_of(polynomial, values, known);
   out.turn_on_variance = known_turn_on >= 0.0 ? known_turn_on : restricted_variance(contrasts);
-  double information = 0.0, weighted = 0.0;
-  for (const double v : contrasts.variances) {
-    const double weight = std::pow(v + out.turn_on_variance, -2);
-    information += weight;
-    weighted += weight * v;
-  }
-  out.noise_variance = weighted / information;
+  const auto [noise, information] = weighted_variance(contrasts, out.turn_on_variance);
+  out.noise_variance = noise;
   const double total = out.turn_on_variance + out.noise_variance, spread = 2.0 / information;
   out.total_freedom = std::min(static_cast<double>(n - powers), 2.0 * total * total / spread);
   const Matrix weights = inverse_symmetric(known + out.turn_on_variance * identity(n));

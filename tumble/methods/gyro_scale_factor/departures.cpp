@@ -7,69 +7,26 @@
 #include <set>
 #include <tuple>
 
-#include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/normal.hpp"
 #include "tumble/math/random.hpp"
-#include "tumble/math/regression/lack_of_fit.hpp"
 #include "tumble/math/regression/least_squares.hpp"
+#include "tumble/methods/gyro_scale_factor/segments.hpp"
 
 namespace tumble::gyro_scale_factor {
 namespace {
 
 using linear::SegmentSummary;
 
-constexpr double one_rate = 1e-4, one_rate_floor = 1e-12;  ///< [1] of the range and [rad/s], within which rates are one
 constexpr double least_freedom_of_repeats = 4.0;  ///< with which the scatter of repeats replaces that about the line
 constexpr double most_share_sd = 0.2;             ///< [1] of the output due, above which its share is not known
 constexpr double half_of_due = 0.5;               ///< [1] of the output due: the threshold, by IEEE Std 528
 constexpr std::size_t fewest_shares = 3;          ///< inputs that were tried
-constexpr double least_freedom_of_drift = 5.0;
-constexpr double least_determinant = 1e-6;  ///< [1] of the product of the squares: the two drifts are distinct
 /// [1] of the range: rates below it, and steps below it at rates above `resolution_from`, are small.
 constexpr double small_input = 0.01, resolution_from = 0.05;
 constexpr double least_spread_of_rates = 0.01;  ///< [1] of the square of the range: a run has a line of its own
 
-/// Offset and slope by least squares of segment means.
-std::pair<double, double> straight(const std::vector<const SegmentSummary*>& segments) {
-  double w = 0.0, y = 0.0, ww = 0.0, wy = 0.0;
-  const auto n = static_cast<double>(segments.size());
-  for (const auto* s : segments) w += s->felt.rate.x / n, y += s->measured / n;
-  for (const auto* s : segments) {
-    const double d = s->felt.rate.x - w;
-    ww += d * d;
-    wy += d * (s->measured - y);
-  }
-  const double slope = ww > 0.0 ? wy / ww : 0.0;
-  return {y - slope * w, slope};
-}
-
-std::vector<const SegmentSummary*> all_of(const linear::Solution& solution) {
-  std::vector<const SegmentSummary*> all;
-  for (const auto& segment : solution.segments)
-    if (!std::isnan(segment.measured)) all.push_back(&segment);
-  return all;
-}
-
-/// Segments at one rate, to a ten-thousandth of the range.
-std::vector<std::vector<const SegmentSummary*>> groups_of(std::vector<const SegmentSummary*> segments, double range) {
-  std::ranges::stable_sort(segments, {}, [](const SegmentSummary* s) { return s->felt.rate.x; });
-  std::vector<std::vector<const SegmentSummary*>> groups;
-  for (const auto* s : segments) {
-    if (groups.empty() || s->felt.rate.x - groups.back().back()->felt.rate.x > one_rate * range + one_rate_floor)
-      groups.emplace_back();
-    groups.back().push_back(s);
-  }
-  return groups;
-}
-
-double mean_of(const std::vector<const SegmentSummary*>& group) {
-  double sum = 0.0;
-  for (const auto* s : group) sum += s->measured;
-  return sum / static_cast<double>(group.size());
-}
-
-void find_scatter(const linear::Solution& solution, std::size_t parameters,
-                  const std::vector<std::vector<const SegmentSummary*>>& groups, Line& line) {
+void find_scatter(const linear::Solution& solution, std::size_t parameters, const std::vector<Segments>& groups,
+                  Line& line) {
   double squares = 0.0, dof = 0.0;
   for (const auto& group : groups) {
     for (const auto* s : group) squares += std::pow(s->measured - mean_of(group), 2);
@@ -126,10 +83,9 @@ double rms(const std::vector<double>& values) {
 }
 
 /// Errors of the departures: of the group means, less the line through them.
-std::vector<double> drawn_departures(const std::vector<std::vector<const SegmentSummary*>>& groups, double scatter,
-                                     const RandomStream& random) {
+std::vector<double> drawn_departures(const std::vector<Segments>& groups, double scatter, const RandomStream& random) {
   std::vector<SegmentSummary> made;
-  std::vector<const SegmentSummary*> all;
+  Segments all;
   for (const auto& group : groups)
     for (const auto* s : group) made.push_back(*s);
   for (std::size_t i = 0; i < made.size(); ++i) {
@@ -153,7 +109,7 @@ struct Sides {
   std::set<const SegmentSummary*> below, above;
 };
 
-Sides sides_of(const std::vector<const SegmentSummary*>& in_time) {
+Sides sides_of(const Segments& in_time) {
   Sides sides;
   for (std::size_t i = 1; i < in_time.size(); ++i) {
     if (in_time[i]->run != in_time[i - 1]->run) continue;
@@ -164,11 +120,11 @@ Sides sides_of(const std::vector<const SegmentSummary*>& in_time) {
 
 /// Repeats from one side show the scatter alone; without enough of them it is that of the line, which holds the
 /// hysteresis too and makes the judgement cautious.
-double scatter_of(const Sides& sides, const std::vector<std::vector<const SegmentSummary*>>& groups, const Line& line) {
+double scatter_of(const Sides& sides, const std::vector<Segments>& groups, const Line& line) {
   double squares = 0.0, dof = 0.0;
   for (const auto& group : groups)
     for (const auto* side : {&sides.below, &sides.above}) {
-      std::vector<const SegmentSummary*> same;
+      Segments same;
       for (const auto* s : group)
         if (side->contains(s)) same.push_back(s);
       for (const auto* s : same) squares += std::pow(s->measured - mean_of(same), 2);
@@ -177,8 +133,7 @@ double scatter_of(const Sides& sides, const std::vector<std::vector<const Segmen
   return dof >= least_freedom_of_repeats ? std::sqrt(squares / dof) : line.scatter;
 }
 
-void find_hysteresis(const std::vector<const SegmentSummary*>& in_time,
-                     const std::vector<std::vector<const SegmentSummary*>>& groups, Line& line) {
+void find_hysteresis(const Segments& in_time, const std::vector<Segments>& groups, Line& line) {
   const Sides sides = sides_of(in_time);
   const double scatter = scatter_of(sides, groups, line);
   std::vector<double> differences, sds;
@@ -278,66 +233,6 @@ Line line_of(const linear::Solution& as_measured, std::size_t parameters) {
   return line;
 }
 
-namespace {
-
-/// Segments of one power-up at one rate, less their means: what a change of bias and of scale factor with time adds.
-struct Repeats {
-  std::vector<double> time, time_by_rate, measured;  ///< [s], [rad], [SI of the output]
-  double freedom = 0.0, length = 0.0;                ///< [1], [s] from the first to the last segment
-};
-
-void add_group(const std::vector<const SegmentSummary*>& group, Repeats& repeats) {
-  const double n = static_cast<double>(group.size()), rate = group.front()->felt.rate.x;
-  double time = 0.0;
-  for (const auto* s : group) time += (s->begin + 0.5 * s->duration) / n;
-  for (const auto* s : group) {
-    const double since = s->begin + 0.5 * s->duration - time;
-    repeats.time.push_back(since);
-    repeats.time_by_rate.push_back(since * rate);
-    repeats.measured.push_back(s->measured - mean_of(group));
-  }
-  repeats.freedom += n - 1.0;
-}
-
-Repeats repeats_of(const linear::Solution& solution, const Line& line) {
-  std::map<int, std::vector<const SegmentSummary*>> runs;
-  for (const auto* s : all_of(solution)) runs[s->run].push_back(s);
-  Repeats repeats;
-  for (const auto& [run, segments] : runs) {
-    repeats.length = std::max(repeats.length, segments.back()->begin - segments.front()->begin);
-    for (const auto& group : groups_of(segments, line.range))
-      if (group.size() > 1) add_group(group, repeats);
-  }
-  return repeats;
-}
-
-}  // namespace
-
-Findings about_drift(const linear::Solution& solution, const Line& line) {
-  constexpr double rare = 1e-9;  // by white noise: flicker noise seems to drift much more often
-  const Repeats repeats = repeats_of(solution, line);
-  if (!(repeats.freedom >= least_freedom_of_drift)) return {};
-  const double tt = dot(repeats.time, repeats.time), tw = dot(repeats.time, repeats.time_by_rate);
-  const double ww = dot(repeats.time_by_rate, repeats.time_by_rate), ty = dot(repeats.time, repeats.measured);
-  const double wy = dot(repeats.time_by_rate, repeats.measured), determinant = tt * ww - tw * tw;
-  if (!(determinant > least_determinant * tt * ww)) return {};
-  const double bias = (ww * ty - tw * wy) / determinant, scale = (tt * wy - tw * ty) / determinant;
-  const double rest = std::max(dot(repeats.measured, repeats.measured) - bias * ty - scale * wy, 0.0);
-  const double freedom = repeats.freedom - 2.0, variance = rest / freedom / determinant;
-  Findings findings;
-  if (chance_of_ratio(bias * bias / (variance * ww), 1.0, freedom) < rare)
-    findings.push_back({Finding::Severity::warning,
-                        "bias_drifts",
-                        {{"change", bias * repeats.length / line.slope, "deg/h"}, {"length", repeats.length, "s"}},
-                        "bias"});
-  if (chance_of_ratio(scale * scale / (variance * tt), 1.0, freedom) < rare)
-    findings.push_back({Finding::Severity::warning,
-                        "scale_factor_drifts",
-                        {{"change", scale * repeats.length / line.slope, "ppm"}, {"length", repeats.length, "s"}},
-                        "scale_factor"});
-  return findings;
-}
-
 Bracket threshold_of(const linear::Solution& solution, const Line& line) {
   std::map<double, std::pair<double, double>> tried;
   for (const auto* s : all_of(solution)) {
@@ -365,7 +260,7 @@ Bracket resolution_of(const linear::Solution& solution, const Line& line) {
 }
 
 Repeatability repeatability_of(const linear::Solution& solution, const Line& line) {
-  std::map<int, std::vector<const SegmentSummary*>> runs;
+  std::map<int, Segments> runs;
   for (const auto* s : all_of(solution)) runs[s->run].push_back(s);
   std::vector<double> bias, slope;
   double within_bias = 0.0, within_slope = 0.0;

@@ -11,6 +11,7 @@
 #include "tumble/methods/imu_turntable/turntable.hpp"
 #include "tumble/reduce/imu/error_models.hpp"
 #include "tumble/reduce/linear/words.hpp"
+#include "tumble/reduce/output_model.hpp"
 
 namespace tumble::imu_turntable {
 namespace {
@@ -19,19 +20,17 @@ using imu::letters;
 using imu::role_of;
 using linear::JointSolution;
 
-/// A motion that would show a term better, by its name.
-std::string advice_for(const std::string& name, Kind kind, std::size_t axis) {
-  const char own = letters[axis], last = name.back();
-  const auto has = [&](const char* part) { return name.find(part) != std::string::npos; };
-  if (has("_bias")) return "longer and more positions";
-  if (has("_second_order")) return fmt::format("positions with {0} up, down and level", own);
-  if (has("_lever_")) {
-    if (last == own) return fmt::format("fast turning about an axis at right angles to {}", own);
-    const char third = static_cast<char>('x' + 'y' + 'z' - own - last);
-    return fmt::format("fast turning about an axis between {} and {}, or oscillation about {}", own, last, third);
+/// A motion that would show a term of the output of this kind and axis better.
+std::string advice_for(const OutputTerm& term, Kind kind, std::size_t axis) {
+  const char own = letters[axis], along = letters[term.axis];
+  if (term.kind == TermKind::bias) return "longer and more positions";
+  if (term.kind == TermKind::second_order) return fmt::format("positions with {0} up, down and level", own);
+  if (term.kind == TermKind::lever) {
+    if (term.axis == axis) return fmt::format("fast turning about an axis at right angles to {}", own);
+    const char third = letters[3 - axis - term.axis];
+    return fmt::format("fast turning about an axis between {} and {}, or oscillation about {}", own, along, third);
   }
-  const char along = has("_scale_factor") ? own : last;
-  if (kind == Kind::gyro && !has("_acceleration_sensitivity"))
+  if (kind == Kind::gyro && term.kind != TermKind::sensitivity)
     return fmt::format("rates of both signs about {}", along);
   return fmt::format("positions with {} up and down", along);
 }
@@ -68,8 +67,9 @@ Table observability(const Task& task, const JointSolution& solution, const Estim
   std::vector<Row> rows;
   for (std::size_t o = 0; o < task.problems.size(); ++o) {
     const Kind kind = task.kinds[o / 3];
-    for (const auto& name : terms_of(kind, o % 3)) {
-      Row& row = rows.emplace_back(Row{.term = name, .shown_by = advice_for(name, kind, o % 3)});
+    for (const OutputTerm& term : terms_of(kind, o % 3)) {
+      const std::string& name = term.name;
+      Row& row = rows.emplace_back(Row{.term = name, .shown_by = advice_for(term, kind, o % 3)});
       const Parameter* parameter = find_parameter(estimate, name);
       if (!parameter) {
         row.state = absence(name, task.problems[o], solution.outputs[o]);
@@ -162,12 +162,13 @@ Table positions(const Task& task, const JointSolution& solution) {
 /// The effect of a rate error is taken as linear. Where an axis off the vertical runs away by delta until the end of a
 /// segment, what goes round with it is smaller by the mean of delta^2/2, delta^2/6 at the standard deviation, and that
 /// of a square of a normal number is sqrt(3) times as large: it is in no column, and goes to the scale factors.
-void add_second_order(const Look& look, Estimate& estimate) {
-  const double variance = std::pow(look.run_away, 4.0) / 12.0;
+void add_second_order(const Task& task, Estimate& estimate) {
+  const double variance = std::pow(task.look.run_away, 4.0) / 12.0;
   if (!(variance > 0.0)) return;
   std::vector<double> added(estimate.parameters.size(), 0.0);
-  for (std::size_t p = 0; p < added.size(); ++p)
-    if (estimate.parameters[p].name.ends_with("_scale_factor_error")) added[p] = variance;
+  for (const Kind kind : task.kinds)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (const auto p = parameter_index(estimate, role_of(kind, axis) + "_scale_factor_error")) added[*p] = variance;
   estimate.budget.push_back(independent_errors("rate error, second order", added));
   estimate.covariance = covariance_of(estimate.budget, added.size());
 }
@@ -243,7 +244,7 @@ std::vector<OutputModel> models_of(const Task& task, const JointSolution& soluti
 
 Estimate answer_of(const Task& task, const JointSolution& solution) {
   Estimate estimate = linear::estimate_of(solution.all);
-  add_second_order(task.look, estimate);
+  add_second_order(task, estimate);
   gather_small(estimate);
   for (std::size_t o = 0; o < task.problems.size(); ++o) {
     const std::size_t before = estimate.findings.size();

@@ -82,23 +82,20 @@ Look look_over(const ConductedTest& test) {
 
 /// Columns of one output, and the order in which they are dropped where the schedule cannot distinguish all.
 void set_terms(Kind kind, std::size_t axis, Task& task, linear::Problem& problem) {
-  auto names = terms_of(kind, axis);
+  auto terms = terms_of(kind, axis);
   const bool levers = task.look.turning > least_turning;
-  if (!levers)
-    std::erase_if(names, [&](const std::string& name) {
-      if (name.find("_lever_") == std::string::npos) return false;
-      task.not_shown.push_back(name);
-      return true;
-    });
+  std::vector<std::string> names;
+  for (const OutputTerm& term : terms)
+    (levers || term.kind != TermKind::lever ? names : task.not_shown).push_back(term.name);
   problem.columns = linear::terms_of("imu", defaults(find_model("imu").constants()), names);
-  for (const char* part : {"second_order", "lever", "sensitivity", "misalignment", "scale_factor"})
-    for (const auto& name : names)
-      if (name.find(part) != std::string::npos) problem.leave_out_first.push_back(name);
-  // a lever along the axis itself is what turning shows first
-  std::ranges::stable_partition(problem.leave_out_first, [&](const std::string& name) {
-    return name.find("second_order") != std::string::npos ||
-           (name.find("lever") != std::string::npos && name.back() != letters[axis]);
+  std::erase_if(terms, [&](const OutputTerm& term) {
+    return term.kind == TermKind::bias || (term.kind == TermKind::lever && !levers);
   });
+  // a lever along the axis itself is what turning shows first
+  std::ranges::stable_sort(terms, {}, [&](const OutputTerm& term) {
+    return std::pair{term.kind, term.kind == TermKind::lever && term.axis == axis};
+  });
+  for (const OutputTerm& term : terms) problem.leave_out_first.push_back(term.name);
 }
 
 linear::Problem problem_of(Kind kind, std::size_t axis, const Settings& settings, const imu::Reading& reading) {
@@ -155,14 +152,22 @@ imu::Reading predicted_reading(Kind kind, const Settings& truth) {
 
 }  // namespace
 
-std::vector<std::string> terms_of(Kind kind, std::size_t axis) {
-  for (const auto& output : find_model("imu").outputs(defaults(find_model("imu").constants())))
-    if (output.channel == role_of(kind, axis)) {
-      std::vector<std::string> names;
-      for (const auto& term : output.terms) names.push_back(term.name);
-      return names;
-    }
-  throw Error(Error::Kind::internal, say("model imu lacks {}", Name{role_of(kind, axis)}));
+std::vector<OutputTerm> terms_of(Kind kind, std::size_t axis) {
+  const std::string role = role_of(kind, axis);
+  std::vector<OutputTerm> terms{{role + "_bias", TermKind::bias, axis},
+                                {role + "_scale_factor_error", TermKind::scale_factor, axis}};
+  const auto add_along = [&](const char* name, TermKind of, bool own_too) {
+    for (std::size_t j = 0; j < 3; ++j)
+      if (own_too || j != axis) terms.push_back({fmt::format("{}_{}_{}", role, name, letters[j]), of, j});
+  };
+  add_along("misalignment", TermKind::misalignment, false);
+  if (kind == Kind::gyro) {
+    add_along("acceleration_sensitivity", TermKind::sensitivity, true);
+  } else {
+    terms.push_back({role + "_second_order_coefficient", TermKind::second_order, axis});
+    add_along("lever", TermKind::lever, true);
+  }
+  return terms;
 }
 
 Task task_of(const Evidence& evidence) {

@@ -43,8 +43,18 @@ Task task_of(const Evidence& evidence);
 /// Throws Error::bad_input where the plan's model has neither triad.
 Task task_of(const Plan& plan);
 
-/// All terms of an output of the model `imu`.
-std::vector<std::string> terms_of(Kind kind, std::size_t axis);
+/// Kinds of terms, in the order in which they are dropped where the schedule cannot distinguish all.
+enum class TermKind { second_order, lever, sensitivity, misalignment, scale_factor, bias };
+
+/// One term of an output of the model `imu`.
+struct OutputTerm {
+  std::string name;  ///< "gyro_x_misalignment_y"
+  TermKind kind = TermKind::bias;
+  std::size_t axis = 0;  ///< 0, 1 or 2: along which it acts
+};
+
+/// All terms of an output of the model `imu`, in its order.
+std::vector<OutputTerm> terms_of(Kind kind, std::size_t axis);
 
 /// Findings about the wiring, the units and the order by the means of the segments, and about motion where the table
 /// should rest.

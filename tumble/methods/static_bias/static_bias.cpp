@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "tumble/core/columns.hpp"
-#include "tumble/earth/earth.hpp"
 #include "tumble/language/say.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/normal.hpp"
@@ -15,11 +14,10 @@
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/static_bias/averages.hpp"
 #include "tumble/methods/static_bias/power_on.hpp"
+#include "tumble/methods/static_bias/reference.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/even_signal.hpp"
 #include "tumble/reduce/output_model.hpp"
-#include "tumble/reduce/rig_effects.hpp"
-#include "tumble/rigs/error_names.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::static_bias {
@@ -127,14 +125,6 @@ WithinRuns within_runs(const std::vector<RunBias>& runs) {
   return out;
 }
 
-/// What acts along the input axis at rest, with what moves it by one standard deviation.
-struct Reference {
-  double along = 0.0;  ///< [u]
-  std::string source;  ///< empty: nothing was subtracted
-  double shift = 0.0;  ///< of the bias [u]
-  std::string key;     ///< see Contribution
-};
-
 struct Builder {
   Estimate estimate;
   Unit unit;
@@ -218,41 +208,6 @@ void add_repeatability(const std::vector<RunBias>& runs, double between, const W
   builder.add_sd("turn_on_repeatability", "s_b", std::sqrt(variance), dof, (of_between + of_within) / (4.0 * variance),
                  interval_of_excess_sd(between, dof, within.variance, within.freedom),
                  "standard deviation of the bias from power-up to power-up; the noise within runs is subtracted");
-}
-
-/// Given: vertical, whether the input axis is upright, else along the meridian; direction +1 up or north, -1 else.
-Reference earth_rate_along(bool vertical, double direction, const Site& site) {
-  const Vector3 level = earth_rate_in_level(site);
-  return {direction * (vertical ? level.z : level.y), error_names::latitude,
-          direction * (vertical ? -level.y : level.z) * latitude_sd(site), latitude_key(site.latitude)};
-}
-
-/// Given: as above. The rig may state how well gravity is known.
-Reference gravity_along(bool vertical, double direction, const Plan& plan, Findings& findings) {
-  const double g = gravity(*plan.site);
-  if (vertical)
-    return {direction * g, error_names::gravity,
-            -direction * rig_sd(plan, error_names::gravity).value_or(gravity_sd(plan.site)), gravity_key(g)};
-  // A tilt by an angle a of the axis moves a gravity component by g a (level axis) or g a^2/2 (vertical axis).
-  findings.push_back({Severity::info, "tilt_changes_bias", {{"shift", g * si(1.0, "arcsec"), "ug"}}});
-  return {};
-}
-
-/// The Earth's rate [rad/s] or gravity [m/s^2] along the axis; with findings on the errors that the bias includes.
-Reference reference(const Evidence& evidence, QuantityKind kind, Findings& findings) {
-  const std::string& axis = evidence.plan.settings.word("axis");
-  const bool is_rate = kind == QuantityKind::angular_rate;
-  if (axis == "none" || !evidence.plan.site) {
-    findings.push_back({axis == "none" ? Severity::info : Severity::warning,
-                        "bias_includes_input",
-                        {{"input", Phrase{is_rate ? "earth_rate_along_axis" : "gravity_along_axis"}}}});
-    return {};
-  }
-  const bool vertical = axis == "up" || axis == "down";
-  const double direction = axis == "down" || axis == "south" || axis == "west" ? -1.0 : 1.0;
-  if (!is_rate) return gravity_along(vertical, direction, evidence.plan, findings);
-  if (axis == "east" || axis == "west") return {};
-  return earth_rate_along(vertical, direction, *evidence.plan.site);
 }
 
 std::vector<RunBias> analyse_runs(const Evidence& evidence, const std::vector<ChannelRun>& stretches,
@@ -385,7 +340,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   builder.unit = Unit::parse(kind == QuantityKind::angular_rate ? "deg/h" : "ug");
   const auto runs = analyse_runs(evidence, stretches, builder.estimate.findings);
   const WithinRuns noise = within_runs(runs);
-  const Reference subtracted = reference(evidence, kind, builder.estimate.findings);
+  const Reference subtracted = reference_of(evidence, kind, builder.estimate.findings);
   add_bias(runs, noise, subtracted.along, builder);
   add_scatter(runs, noise, builder);
   finish(runs, subtracted, builder);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "tumble/models/model.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/text_parts.hpp"
 
@@ -40,8 +41,16 @@ void require_with(const Settings& truth, const std::vector<std::string>& names, 
 
 void refuse(Problems problems) {
   for (auto& problem : problems)
-    if (!problem.what.pattern.starts_with("[truth] ")) problem = say("[truth] {}", problem.what);
+    if (about_truth(problem) == nullptr) problem = say("[truth] {}", problem.what);
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
 }  // namespace tumble::given
+
+namespace tumble {
+
+const Sentence* about_truth(const Problem& problem) {
+  return problem.what.pattern == "[truth] {}" ? &problem.what.values.front().nested.front() : nullptr;
+}
+
+}  // namespace tumble

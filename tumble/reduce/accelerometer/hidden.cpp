@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/reduce/answer.hpp"
@@ -93,6 +94,37 @@ void state_contained(const Shares& shares, const Term& hidden, double scale_fact
             {hidden.name, Unit::parse(hidden.unit), weight * (name == "scale_factor" ? scale_factor : 1.0)});
 }
 
+namespace {
+
+/// Adds a dropped term to what the terms that are used contain, and to the `absorbed` of each; the finding of it.
+Finding absorb(const Dropped& dropped, const std::string& advice, Normalised& fit,
+               std::map<std::string, std::string>& absorbed) {
+  auto& solution = fit.solution;
+  const Term& out = fit.problem.columns[dropped.column];
+  std::vector<std::string> others, meanings;
+  std::size_t k = 0;  // of the column used
+  for (std::size_t j = 0; j < fit.problem.columns.size(); ++j) {
+    if (std::ranges::find(solution.dropped, j, &Dropped::column) != solution.dropped.end()) continue;
+    const Term& term = solution.columns[k++];
+    if (dropped.weights[j] == 0.0) continue;
+    const auto share = signed_share(dropped.weights[j] * per_unit(out, term), out.symbol);
+    absorbed[term.name] += share;
+    // the column of the scale factor is multiplied by it
+    const double size = term.name == "scale_factor" ? fit.scale_factor : 1.0;
+    solution.contains[term.name].push_back({out.name, Unit::parse(out.unit), size * dropped.weights[j]});
+    others.push_back(term.name);
+    meanings.push_back(meaning(term, share));
+  }
+  return {linear::severity_of(dropped, solution),
+          "not_distinguished",
+          {{"term", fmt::format("{} ({})", out.name, out.symbol)},
+           {"others", joined(others)},
+           {"meanings", joined(meanings)},
+           {"advice", Phrase{advice}}}};
+}
+
+}  // namespace
+
 void describe_dropped(Normalised& fit, const std::string& advice) {
   auto& solution = fit.solution;
   std::erase_if(solution.findings, [](const Finding& finding) {
@@ -108,26 +140,7 @@ void describe_dropped(Normalised& fit, const std::string& advice) {
       empty.push_back(out.name);
       continue;
     }
-    std::vector<std::string> others, meanings;
-    std::size_t k = 0;  // of the column used
-    for (std::size_t j = 0; j < fit.problem.columns.size(); ++j) {
-      if (std::ranges::find(solution.dropped, j, &Dropped::column) != solution.dropped.end()) continue;
-      const Term& term = solution.columns[k++];
-      if (dropped.weights[j] == 0.0) continue;
-      const auto share = signed_share(dropped.weights[j] * per_unit(out, term), out.symbol);
-      absorbed[term.name] += share;
-      // the column of the scale factor is multiplied by it
-      const double size = term.name == "scale_factor" ? fit.scale_factor : 1.0;
-      solution.contains[term.name].push_back({out.name, Unit::parse(out.unit), size * dropped.weights[j]});
-      others.push_back(term.name);
-      meanings.push_back(meaning(term, share));
-    }
-    solution.findings.push_back({linear::severity_of(dropped, solution),
-                                 "not_distinguished",
-                                 {{"term", fmt::format("{} ({})", out.name, out.symbol)},
-                                  {"others", joined(others)},
-                                  {"meanings", joined(meanings)},
-                                  {"advice", Phrase{advice}}}});
+    solution.findings.push_back(absorb(dropped, advice, fit, absorbed));
   }
   for (const auto& term : solution.columns)
     if (absorbed.contains(term.name)) solution.stands_for[term.name] = meaning(term, absorbed[term.name]);

@@ -123,6 +123,27 @@ void add_samples(const Moved& moved, std::size_t per_block, Summed& output, std:
   }
 }
 
+/// How what is felt goes through each of these points of a segment.
+std::vector<StepCourse> courses_in(const Segment& segment, std::span<const Felt> points) {
+  return goes_on(segment) ? courses_of(points) : std::vector<StepCourse>(points.size(), StepCourse::kinked);
+}
+
+/// Makes the responses of outputs that were read together, for points `step` [s] apart: the samples that run through
+/// them before the first that counts.
+std::size_t start_responses(double step, std::span<Summed> outputs) {
+  for (auto& output : outputs) output.responses.resize(output.sums.series.columns);
+  Summed& first = outputs.front();
+  if (!first.problem.response) return 0;
+  for (auto& response : first.responses) response = first.problem.response(step);
+  return static_cast<std::size_t>(std::min(run_in, first.stretch.first) / first.stretch.step);
+}
+
+void set_felt(const Vector3& force, const Vector3& rate, const Extent& extent, Sums& sums) {
+  sums.extent = extent;
+  sums.felt.specific_force = force;
+  sums.felt.rate = rate;
+}
+
 /// The points of a moving stretch, one block of points after the other, each the mean over its step. The outputs were
 /// read together.
 void sum_moving(const PowerUp& power_up, const Blocking& blocking, std::span<Summed> outputs) {
@@ -130,12 +151,7 @@ void sum_moving(const PowerUp& power_up, const Blocking& blocking, std::span<Sum
   const Problem& problem = outputs.front().problem;
   const std::size_t fine = steps_of_sample(power_up.rig.segments[stretch.segment], stretch, problem);
   const double step = stretch.step / static_cast<double>(fine);  // recordings of one plan may differ in rate
-  std::size_t before = 0;  // samples run through the response before the first that counts
-  for (auto& output : outputs) output.responses.resize(output.sums.series.columns);
-  if (problem.response) {
-    before = static_cast<std::size_t>(std::min(run_in, stretch.first) / stretch.step);
-    for (auto& response : outputs.front().responses) response = problem.response(step);
-  }
+  const std::size_t before = start_responses(step, outputs);
   const double begin = stretch.first - static_cast<double>(before) * stretch.step + 0.5 * step;
   const double start = power_up.begins[stretch.segment], end = power_up.begins[stretch.segment + 1];
   const std::size_t all = before + stretch.samples, samples_at_once = std::max<std::size_t>(1, at_once / fine);
@@ -154,14 +170,7 @@ void sum_moving(const PowerUp& power_up, const Blocking& blocking, std::span<Sum
                       back = fit(end - first - (static_cast<double>(steps - 1) + within_end) * step);
     const auto points = std::span(felt).first(front + steps + back);
     power_up.reference.felt(first - static_cast<double>(front) * step, step, points);
-    const Moved moved{points,
-                      goes_on(power_up.rig.segments[stretch.segment])
-                          ? courses_of(std::span<const Felt>(points))
-                          : std::vector<StepCourse>(points.size(), StepCourse::kinked),
-                      front,
-                      samples,
-                      fine,
-                      done,
+    const Moved moved{points, courses_in(power_up.rig.segments[stretch.segment], points), front, samples, fine, done,
                       before};
     for (auto& output : outputs) add_samples(moved, blocking.per_block, output, middles, values);
     for (const Felt& point : points.subspan(front, steps)) {
@@ -171,11 +180,7 @@ void sum_moving(const PowerUp& power_up, const Blocking& blocking, std::span<Sum
     }
   }
   const double share = 1.0 / static_cast<double>(all * fine);
-  for (auto& output : outputs) {
-    output.sums.extent = extent;
-    output.sums.felt.specific_force = share * force;
-    output.sums.felt.rate = share * rate;
-  }
+  for (auto& output : outputs) set_felt(share * force, share * rate, extent, output.sums);
 }
 
 /// A move used whole: one block.

@@ -11,11 +11,10 @@ constexpr const char* label = "command";
 /// What the rig says against the motion of one axis for this time, where all others stand.
 Refusal said_against(const Bench& bench, Schedule trial, const std::string& axis, const Motion& motion, double time) {
   trial.push_back({label, time, 1, {{axis, motion}}});
-  const std::string mine = std::string("segment '") + label + "': ";
+  const Sentence mine = place_of_segment(label);
   Refusal all;
   for (const Problem& refusal : bench.rig->refusals(trial, bench.plan->rig))
-    if (const std::string said = refusal.text(); said.starts_with(mine))
-      all += (all.empty() ? "" : "; ") + said.substr(mine.size());
+    if (refusal.where.place == mine) all += (all.empty() ? "" : "; ") + refusal.what.text();
   return all;
 }
 

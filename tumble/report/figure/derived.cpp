@@ -1,9 +1,14 @@
 #include "tumble/report/figure/derived.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
+#include <set>
+#include <string>
 #include <string_view>
 
+#include "tumble/methods/method.hpp"
 #include "tumble/report/decimate.hpp"
 #include "tumble/report/figure/maps.hpp"
 #include "tumble/report/markup.hpp"
@@ -11,26 +16,33 @@
 namespace tumble::figure {
 namespace {
 
-bool is_residual(std::string_view name) { return name.starts_with("residual") || name.ends_with("_residual"); }
+/// All roles of all methods: what a column of residuals is of.
+const std::set<std::string>& known_roles() {
+  static const std::set<std::string> roles = [] {
+    std::set<std::string> all;
+    for (const Method* method : method_catalogue())
+      for (const Role& role : method->roles()) all.insert(role.name);
+    return all;
+  }();
+  return roles;
+}
 
 double number_in(const Table& table, std::size_t row, std::size_t column) {
   const auto* number = std::get_if<double>(&table.rows[row][column]);
   return number ? *number : NAN;
 }
 
-/// "residual_gyro_x" is the residual of gyro_x.
-std::string output_of(std::string name) {
-  constexpr std::string_view word = "residual";
-  const auto at = name.find(word);
-  name.erase(at, word.size());
-  while (name.starts_with('_')) name.erase(0, 1);
-  while (name.ends_with('_')) name.pop_back();
-  return name.empty() ? std::string(word) : name;
+/// The output whose residuals a column holds: gyro_x of "residual_gyro_x" and "gyro_x_residual"; absent: it holds none.
+std::optional<std::string> output_of(const std::string& column) {
+  if (column == "residual") return column;
+  for (const std::string& role : known_roles())
+    if (column == "residual_" + role || column == role + "_residual") return role;
+  return std::nullopt;
 }
 
-Curve residuals_of(const Table& table, std::size_t column, std::size_t noise) {
+Curve residuals_of(const Table& table, std::size_t column, const std::string& output, std::size_t noise) {
   Curve curve;
-  curve.name = output_of(table.columns[column].name);
+  curve.name = output;
   curve.figure = "residuals of the " + table.name;
   curve.x.name = "number in the table " + table.name;
   curve.y = {"residual", table.columns[column].unit, {}};
@@ -49,8 +61,13 @@ Curve residuals_of(const Table& table, std::size_t column, std::size_t noise) {
   return curve;
 }
 
+/// Whether a curve shows residuals, by the names that the methods give its quantity or its figure.
 bool shows_residuals(const Curve& curve) {
-  return (curve.figure + curve.name + curve.y.name).find("residual") != std::string::npos;
+  constexpr std::array<std::string_view, 4> quantities{"residual", "rms residual", "residual of the gain in dB",
+                                                       "residual of the phase"};
+  constexpr std::array<std::string_view, 3> figures{"residual", "residuals", "residuals of the averages"};
+  return std::ranges::find(quantities, curve.y.name) != quantities.end() ||
+         std::ranges::find(figures, curve.figure) != figures.end();
 }
 
 bool same_axis(const Figure::Axis& a, const Figure::Axis& b) {
@@ -73,8 +90,8 @@ std::vector<Curve> curves_to_draw(const Estimate& estimate) {
     if (is_of_map(table)) continue;
     const auto noise = std::ranges::find(table.columns, "noise_sd", &Table::Column::name) - table.columns.begin();
     for (std::size_t i = 0; i < table.columns.size(); ++i)
-      if (is_residual(table.columns[i].name) && !table.rows.empty())
-        curves.push_back(residuals_of(table, i, static_cast<std::size_t>(noise)));
+      if (const auto output = output_of(table.columns[i].name); output && !table.rows.empty())
+        curves.push_back(residuals_of(table, i, *output, static_cast<std::size_t>(noise)));
   }
   return curves;
 }

@@ -7,7 +7,7 @@
 namespace tumble::figure {
 
 /// The curves that are drawn of an estimate: its own; where none of them shows residuals, those of its tables: each
-/// column "residual", "residual_..." or "..._residual" over the number of the row, with bars of twice the noise where
+/// column "residual", "residual_ROLE" or "ROLE_residual" over the number of the row, with bars of twice the noise where
 /// the table has "noise_sd".
 std::vector<Curve> curves_to_draw(const Estimate& estimate);
 

@@ -92,7 +92,8 @@ TEST(Figures, TheDescriptionForProgramsHasEveryPoint) {
 }
 
 Table table_of_residuals() {
-  Table table{"positions", "", {{"label", {}}, {"noise_sd", Unit::parse("ug")}, {"residual_x", Unit::parse("ug")}}, {}};
+  Table table{
+      "positions", "", {{"label", {}}, {"noise_sd", Unit::parse("ug")}, {"residual_gyro_x", Unit::parse("ug")}}, {}};
   table.rows = {{std::string("up"), si(2.0, "ug"), si(10.0, "ug")},
                 {std::string("down"), si(3.0, "ug"), si(-20.0, "ug")}};
   return table;

@@ -2,14 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string_view>
 
 #include "tumble/report/names.hpp"
 
 namespace tumble::figure {
 namespace {
 
-constexpr std::string_view cells_end = "_map", points_end = "_points";
+/// A table of cells, and that of points which belong to them.
+struct MapTables {
+  const char *cells, *points;
+};
+constexpr MapTables of_maps[] = {{"thermal_map", "thermal_points"}};
 constexpr std::size_t places = 2;  ///< columns of a table that are no quantity
 
 /// A column in its unit; NaN where a row has no number.
@@ -97,15 +100,13 @@ bool same_places(const Table& a, const Table& b) {
   return true;
 }
 
-/// The table with the same beginning of its name and another end.
-const Table* beside(const Estimate& estimate, const Table& table, std::string_view end, std::string_view other) {
-  const auto stem = table.name.substr(0, table.name.size() - end.size());
-  const Table* found = find_table(estimate, stem + std::string(other));
+/// The table of that name, where it has the same places.
+const Table* beside(const Estimate& estimate, const Table& table, const char* other) {
+  const Table* found = find_table(estimate, other);
   return found && is_drawable(*found) && same_places(table, *found) ? found : nullptr;
 }
 
-void add_maps(const Estimate& estimate, const Table& table, std::vector<Figure>& figures) {
-  const Table* points = beside(estimate, table, cells_end, points_end);
+void add_maps(const Table& table, const Table* points, std::vector<Figure>& figures) {
   for (std::size_t i = places; i < table.columns.size(); ++i) {
     if (!has_numbers(table, i)) continue;
     Figure figure = over_places(table, i);
@@ -118,8 +119,7 @@ void add_maps(const Estimate& estimate, const Table& table, std::vector<Figure>&
   }
 }
 
-void add_points_alone(const Estimate& estimate, const Table& table, std::vector<Figure>& figures) {
-  const Table* map = beside(estimate, table, points_end, cells_end);
+void add_points_alone(const Table& table, const Table* map, std::vector<Figure>& figures) {
   for (std::size_t i = places; i < table.columns.size(); ++i) {
     if (!has_numbers(table, i)) continue;
     if (map && column_like(*map, table.columns[i]) < map->columns.size()) continue;
@@ -131,14 +131,19 @@ void add_points_alone(const Estimate& estimate, const Table& table, std::vector<
 
 }  // namespace
 
-bool is_of_map(const Table& table) { return table.name.ends_with(cells_end) || table.name.ends_with(points_end); }
+bool is_of_map(const Table& table) {
+  return std::ranges::any_of(of_maps,
+                             [&](const MapTables& of) { return table.name == of.cells || table.name == of.points; });
+}
 
 std::vector<Figure> maps_of(const Estimate& estimate) {
   std::vector<Figure> figures;
   for (const auto& table : estimate.tables) {
     if (!is_drawable(table)) continue;
-    if (table.name.ends_with(cells_end)) add_maps(estimate, table, figures);
-    if (table.name.ends_with(points_end)) add_points_alone(estimate, table, figures);
+    for (const auto& [cells, points] : of_maps) {
+      if (table.name == cells) add_maps(table, beside(estimate, table, points), figures);
+      if (table.name == points) add_points_alone(table, beside(estimate, table, cells), figures);
+    }
   }
   return figures;
 }

@@ -6,10 +6,10 @@
 
 namespace tumble::figure {
 
-/// Maps and coloured points of the tables of an estimate, by their names:
+/// Maps and coloured points of the tables of an estimate:
 ///
-///   NAME_map     a row for each cell of a grid: its middle in the first two columns, then what there is
-///   NAME_points  a row for each point: its place in the first two columns, then what was found there
+///   thermal_map     a row for each cell of a grid: its middle in the first two columns, then what there is
+///   thermal_points  a row for each point: its place in the first two columns, then what was found there
 ///
 /// Each further column of numbers is a figure over the first two columns. What both tables have under one name stands
 /// in one figure, so that points beside the colour of their cell show what the map does not follow. A grid of one

@@ -53,7 +53,6 @@ double ErrorValues::operator()(std::string_view name, std::size_t segment) const
 }
 
 double ErrorValues::where_present(std::string_view name, std::size_t segment) const {
-  assert(is_error_name(name));
   const auto found = std::ranges::find(list_, name, &RigError::name);
   if (values_.empty() || found == list_.end()) return 0.0;
   const auto row = static_cast<std::size_t>(found - list_.begin());
@@ -202,17 +201,18 @@ bool check_axes(const std::vector<Axis>& axes, const Schedule& schedule, Problem
     for (const auto& [name, motion] : segment.axes) {
       const auto axis = std::find_if(axes.begin(), axes.end(), [&](const Axis& a) { return a.name == name; });
       if (axis == axes.end()) {
-        problems.push_back(
-            say("segment '{}': there is no axis '{}'; the rig has {}", segment.label, name, fmt::join(known, ", ")));
+        problems.push_back(within(place_of_segment(segment.label),
+                                  say("there is no axis '{}'; the rig has {}", name, fmt::join(known, ", "))));
         continue;
       }
       std::vector<std::string> words;
       for (const auto kind : axis->motions) words.emplace_back(word(kind));
       if (std::find(axis->motions.begin(), axis->motions.end(), motion.kind) == axis->motions.end())
-        problems.push_back(say("segment '{}': {} cannot {}: this axis accepts {}", segment.label, Name{name},
-                               word(motion.kind), fmt::join(words, ", ")));
+        problems.push_back(within(place_of_segment(segment.label), say("{} cannot {}: this axis accepts {}", Name{name},
+                                                                       word(motion.kind), fmt::join(words, ", "))));
       else if (!finite(motion))
-        problems.push_back(say("segment '{}': the motion of {} is not a finite number", segment.label, Name{name}));
+        problems.push_back(
+            within(place_of_segment(segment.label), say("the motion of {} is not a finite number", Name{name})));
     }
   }
   return problems.size() == before;

@@ -103,19 +103,18 @@ void check_segment(const Segment& segment, double& now, const Settings& options,
   const Unit celsius = Unit::parse("degC"), speed_unit = Unit::parse("K/min");
   const double target = target_of(*motion), limit = options.number("oven_ramp_limit");
   const double low = options.number("oven_lowest"), high = options.number("oven_highest");
+  const auto refuse = [&](const Sentence& why) { problems.push_back(within(place_of_segment(segment.label), why)); };
   if (target < low || target > high)
-    problems.push_back(say("segment '{}': {:.6g} degC is outside of the oven's {:.6g} to {:.6g} degC", segment.label,
-                           celsius.from_si(target), celsius.from_si(low), celsius.from_si(high)));
+    refuse(say("{:.6g} degC is outside of the oven's {:.6g} to {:.6g} degC", celsius.from_si(target),
+               celsius.from_si(low), celsius.from_si(high)));
   const double speed = motion->kind == Kind::ramp ? motion->value : limit;
   if (speed > limit * (1.0 + 1e-12))
-    problems.push_back(say("segment '{}': {:.6g} K/min is more than the oven_ramp_limit of {:.6g} K/min", segment.label,
-                           speed_unit.from_si(speed), speed_unit.from_si(limit)));
+    refuse(say("{:.6g} K/min is more than the oven_ramp_limit of {:.6g} K/min", speed_unit.from_si(speed),
+               speed_unit.from_si(limit)));
   const double needed = std::abs(target - now) / speed;
   if (needed > segment.duration * (1.0 + 1e-9))
-    problems.push_back(
-        say("segment '{}': from {:.6g} to {:.6g} degC takes {:.6g} s, and the segment lasts "
-            "{:.6g} s",
-            segment.label, celsius.from_si(now), celsius.from_si(target), needed, segment.duration));
+    refuse(say("from {:.6g} to {:.6g} degC takes {:.6g} s, and the segment lasts {:.6g} s", celsius.from_si(now),
+               celsius.from_si(target), needed, segment.duration));
   now = target;
 }
 

@@ -67,7 +67,7 @@ class Planner {
   }
   bool endless() const { return limits_.lowest == -infinity && limits_.highest == infinity; }
   void problem(const Sentence& said) {
-    if (problems_) problems_->push_back(within(say("segment '{}'", Name{segment_->label}), said));
+    if (problems_) problems_->push_back(within(place_of_segment(segment_->label), said));
   }
 
   void command(const Motion& motion) {

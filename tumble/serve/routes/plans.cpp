@@ -98,20 +98,20 @@ HttpResponse plan(Context& context, const HttpRequest& request) {
   return json_response({{"file", name}, {"text", text}, {"tag", sha256_of(text)}});
 }
 
-/// The problem without the outermost of its places.
-Problem without_file(Problem problem) {
-  const Sentence place = problem.where.place;
+/// The outermost of the places of a problem, and those in it.
+std::pair<Sentence, Sentence> outermost(const Sentence& place) {
   const bool nested = place.pattern == "{}: {}" && place.values.size() == 2 && !place.values[1].nested.empty();
-  problem.where.place = nested ? place.values[1].nested.front() : Sentence();
-  return problem;
+  return nested ? std::pair{place.values[0].nested.front(), place.values[1].nested.front()}
+                : std::pair{place, Sentence()};
 }
 
 /// A problem with the line of the plan where it is; 0: none. Its other members are those of every refusal.
 Json placed_problem(const Context& context, Language language, Error::Kind kind, Problem problem,
                     const std::string& path) {
-  const bool here = problem.where.file == path && problem.where.place.text().starts_with(path);
+  const auto [place, inner] = outermost(problem.where.place);
+  const bool here = problem.where.file == path && !place.values.empty() && place.values.front().text == path;
   const auto line = here ? problem.where.line : 0;
-  if (here) problem = without_file(std::move(problem));
+  if (here) problem.where.place = inner;
   problem = named_from(context.options.folder.string(), std::move(problem));
   Json json = Json::parse(problems_to_json(code_of(kind), {problem}, language)).front();
   json["line"] = line;
@@ -266,11 +266,9 @@ std::string place_of_plan(const Context& context, const std::string& name) {
   if (name.empty()) return (context.options.folder / "plan.toml").string();
   if (fs::path(name).extension() != ".toml")
     throw Error{Error::Kind::bad_input, say("'{}': the name must end in .toml", name)};
-  const auto slash = name.rfind('/');
-  const auto last = slash == std::string::npos ? name : name.substr(slash + 1);
+  const auto last = fs::path(name).filename().string(), above = fs::path(name).parent_path().string();
   require_file_name(last);
-  const auto folder =
-      slash == std::string::npos ? context.options.folder : inside(context.options.folder, name.substr(0, slash));
+  const auto folder = above.empty() ? context.options.folder : inside(context.options.folder, above);
   std::error_code failed;
   if (fs::exists(folder / last, failed)) return inside(context.options.folder, name).string();
   if (!fs::is_directory(folder, failed))

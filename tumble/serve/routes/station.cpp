@@ -160,6 +160,25 @@ void collect_problems(Problems& problems, Work work) {
   }
 }
 
+/// The segments of a run with their rules, and how long it takes [s]; without a plan there is none.
+Json course_of_run(const std::optional<Plan>& plan) {
+  Json timeline = Json::array();
+  double total = 0.0;
+  if (plan) {
+    const auto rules = stopping_rules(*plan);
+    for (const Segment& segment : plan->schedule) {
+      const auto rule = rules.find(segment.label);
+      timeline.push_back({{"label", segment.label},
+                          {"begin_text", hours_text(total)},
+                          {"duration", segment.duration},
+                          {"duration_text", hours_text(segment.duration)},
+                          {"rule", rule == rules.end() ? "" : rule->second.text}});
+      total += segment.duration;
+    }
+  }
+  return {{"timeline", timeline}, {"total", total}, {"total_text", hours_text(total)}};
+}
+
 /// All reasons why it cannot be begun, and what it would do.
 std::pair<Problems, Json> checked_run(const Context& context, const WantedRun& wanted) {
   Problems problems;
@@ -185,22 +204,7 @@ std::pair<Problems, Json> checked_run(const Context& context, const WantedRun& w
       problems.insert(problems.end(), found.begin(), found.end());
     });
   }
-  Json timeline = Json::array();
-  double total = 0.0;
-  if (plan) {
-    const auto rules = stopping_rules(*plan);
-    for (const Segment& segment : plan->schedule) {
-      const auto rule = rules.find(segment.label);
-      timeline.push_back({{"label", segment.label},
-                          {"begin_text", hours_text(total)},
-                          {"duration", segment.duration},
-                          {"duration_text", hours_text(segment.duration)},
-                          {"rule", rule == rules.end() ? "" : rule->second.text}});
-      total += segment.duration;
-    }
-  }
-  return {named_from_folder(context.options.folder, problems),
-          {{"timeline", timeline}, {"total", total}, {"total_text", hours_text(total)}}};
+  return {named_from_folder(context.options.folder, problems), course_of_run(plan)};
 }
 
 HttpResponse dry_run_at_station(Context& context, const HttpRequest& request) {

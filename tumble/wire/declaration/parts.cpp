@@ -71,13 +71,18 @@ Unit shown_unit(Section& section, const Scale& scale) {
   return unit;
 }
 
-void read_channel(const toml::table& table, bool big, FrameLayout& layout, Declared& declared) {
-  Section section = declared.draft.section(table, "channel");
-  const auto names = section.texts("name");
+std::vector<std::string> channel_names(Section& section) {
+  auto names = section.texts("name");
   if (names.empty()) section.missing("name", "\"gyro.x\"");
   for (const auto& name : names)
     if (name.empty() || name.find_first_of(" ,;\t\n\"[]") != std::string::npos)
       section.problem_at("name", say("'{}' is no name of a channel; letters, digits, . and _ are", name));
+  return names;
+}
+
+void read_channel(const toml::table& table, bool big, FrameLayout& layout, Declared& declared) {
+  Section section = declared.draft.section(table, "channel");
+  const auto names = channel_names(section);
   FrameField field;
   field.number = number_of(section, big, layout.text ? "decimal" : "u8", layout);
   if (!section.find("type") && !layout.text) section.missing("type", "\"f32\"");

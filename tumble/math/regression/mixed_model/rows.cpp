@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "tumble/math/eigen/view.hpp"
 #include "tumble/units/error.hpp"
@@ -90,11 +91,17 @@ double scatter_within(const MixedData& data) {
   return std::isfinite(least) ? std::sqrt(least) : 0.0;
 }
 
-// NOLINTNEXTLINE(readability-function-size): 43 lines; to be split when it changes
-Compressed compress(const MixedData& data, double white) {
+namespace {
+
+/// All columns, times the roots of the weights: the design, the known effects, and ones. The scale of each.
+struct WeightedColumns {
+  MatrixXd model;
+  VectorXd scale;
+};
+
+WeightedColumns weighted_columns(const MixedData& data, const VectorXd& root, double white) {
   const Index n = at(data.design.rows), p = at(data.design.columns), q = at(data.effects.size());
   MatrixXd model(n, p + q + 1);
-  const VectorXd root = Eigen::Map<const VectorXd>(data.weights.data(), n).cwiseSqrt();
   model.leftCols(p) = map(data.design);
   for (Index k = 0; k < q; ++k)
     model.col(p + k) = Eigen::Map<const VectorXd>(data.effects[static_cast<std::size_t>(k)].column.data(), n);
@@ -105,6 +112,15 @@ Compressed compress(const MixedData& data, double white) {
     if (!(s > 0.0)) s = 1.0;
   // What a known effect does beyond the columns is of no account below a hundredth of the white noise of one row.
   for (Index k = 0; k < q; ++k) scale[p + k] = std::max(scale[p + k], no_account * white / rounding);
+  return {std::move(model), std::move(scale)};
+}
+
+}  // namespace
+
+Compressed compress(const MixedData& data, double white) {
+  const Index n = at(data.design.rows), p = at(data.design.columns), q = at(data.effects.size());
+  const VectorXd root = Eigen::Map<const VectorXd>(data.weights.data(), n).cwiseSqrt();
+  const auto [model, scale] = weighted_columns(data, root, white);
   VectorXd y = VectorXd::Zero(n);
   if (!data.observations.empty()) y = root.cwiseProduct(Eigen::Map<const VectorXd>(data.observations.data(), n));
 

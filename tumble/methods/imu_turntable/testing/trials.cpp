@@ -39,30 +39,32 @@ void add_motions(Plan& plan) {
     for (const auto& pose : turned) add(plan, 24.0, rate(speed), pose);
 }
 
-/// True value of each term, by the end of its name [as shown]; scaled from output to output so that no two are alike.
+/// True value of each kind of term [as shown]; scaled from output to output so that no two are alike.
 struct Value {
-  const char* part;
+  TermKind kind;
   double value;
 };
-constexpr Value gyro_terms[] = {
-    {"_bias", 14.0}, {"_scale_factor_error", 180.0}, {"_misalignment_", 60.0}, {"_acceleration_sensitivity_", 1.5}};
-constexpr Value accelerometer_terms[] = {{"_bias", 2.5},
-                                         {"_scale_factor_error", 250.0},
-                                         {"_misalignment_", -70.0},
-                                         {"_second_order_coefficient", 22.0},
-                                         {"_lever_", 25.0}};
+constexpr Value gyro_terms[] = {{TermKind::bias, 14.0},
+                                {TermKind::scale_factor, 180.0},
+                                {TermKind::misalignment, 60.0},
+                                {TermKind::sensitivity, 1.5}};
+constexpr Value accelerometer_terms[] = {{TermKind::bias, 2.5},
+                                         {TermKind::scale_factor, 250.0},
+                                         {TermKind::misalignment, -70.0},
+                                         {TermKind::second_order, 22.0},
+                                         {TermKind::lever, 25.0}};
 
 void set_truth_of(Kind kind, std::size_t axis, double sign, Plan& plan) {
   double factor = sign * (axis == 1 ? -0.7 : 1.0 - 0.2 * static_cast<double>(axis));
-  const auto terms = linear::terms_of("imu", defaults(find_model("imu").constants()), terms_of(kind, axis));
+  const auto constants = defaults(find_model("imu").constants());
   const std::span<const Value> values =
       kind == Kind::gyro ? std::span<const Value>(gyro_terms) : std::span<const Value>(accelerometer_terms);
-  for (const auto& term : terms)
-    for (const auto& [part, value] : values)
-      if (term.name.find(part) != std::string::npos) {
-        set_truth(plan, term.name.c_str(), factor * value, term.unit.c_str());
-        factor *= -0.8;
-      }
+  for (const OutputTerm& term : terms_of(kind, axis)) {
+    const auto unit = linear::terms_of("imu", constants, {term.name}).front().unit;
+    set_truth(plan, term.name.c_str(), factor * std::ranges::find(values, term.kind, &Value::kind)->value,
+              unit.c_str());
+    factor *= -0.8;
+  }
 }
 
 Plan plan_with(double sign) {
@@ -84,7 +86,8 @@ Trial trial_of(const Plan& plan, std::uint64_t seed) {
   Trial trial{{plan, {simulate(plan, seed, {})}}, {}};
   for (const Kind kind : {Kind::gyro, Kind::accelerometer})
     for (std::size_t axis = 0; axis < 3; ++axis)
-      for (const auto& name : terms_of(kind, axis)) trial.truth.emplace_back(name, plan.truth.number(name));
+      for (const OutputTerm& term : terms_of(kind, axis))
+        trial.truth.emplace_back(term.name, plan.truth.number(term.name));
   return trial;
 }
 
