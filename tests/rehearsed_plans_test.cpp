@@ -24,10 +24,10 @@ Estimate rehearsed_result(const Plan& plan, const ScratchFolder& scratch, std::u
   rehearsal.recording = scratch.file("run.h5");
   std::string notes;
   rehearsal.company.note = [&](const Note& note, double) {
-    notes += std::string(name(note.kind)) + ": " + note.text + "\n";
+    notes += std::string(name(note.kind)) + ": " + note.text.text() + "\n";
   };
   const Rehearsed rehearsed = rehearse(rehearsal);
-  EXPECT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text << "\n" << notes.substr(0, 2000);
+  EXPECT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text.text() << "\n" << notes.substr(0, 2000);
   return identify(plan, {rehearsal.recording}, std::size_t{1} << 30, {});
 }
 

@@ -49,7 +49,7 @@ TEST(RehearsedThreeAxes, EachDoesWhatThePlanSays) {
   rehearsal.folder = scratch.file("run");
   std::string notes;
   rehearsal.company.note = [&](const Note& note, double) {
-    notes += std::string(name(note.kind)) + ": " + note.text + "\n";
+    notes += std::string(name(note.kind)) + ": " + note.text.text() + "\n";
   };
   const Rehearsed rehearsed = rehearse(rehearsal);
   ASSERT_EQ(rehearsed.end.ending, RunEnding::complete) << notes.substr(0, 2000);

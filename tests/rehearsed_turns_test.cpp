@@ -23,7 +23,7 @@ TEST_P(RehearsedTurns, LeadToTheTruthOfThePlan) {
   rehearsal.folder = scratch.file("run");
   rehearsal.recording = scratch.file("run.h5");
   const Rehearsed rehearsed = rehearse(rehearsal);
-  ASSERT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text;
+  ASSERT_EQ(rehearsed.end.ending, RunEnding::complete) << rehearsed.end.text.text();
 
   const Plan& plan = rehearsal.plan;
   const Estimate found = identify(plan, {rehearsal.recording}, std::size_t{1} << 30, {});

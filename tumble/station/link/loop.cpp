@@ -28,7 +28,7 @@ Sentence loss_of(const Code& code) {
   if (code == asio::error::eof) return "the other side closed the link";
   if (code == asio::error::connection_reset) return "the other side broke the link off";
   if (code.value() == EIO) return "the device was unplugged or its other side was closed";
-  return system_reason(code);
+  return tumble::system_reason(code);
 }
 
 /// An empty datagram, or one of ours that nobody took: the device may be switched on later.

@@ -28,13 +28,13 @@ std::string body_of(const http::response<http::string_body>& message) {
 }
 
 /// Drops what is no message, up to where the next one may begin.
-Line without_message(Direction direction, const std::string& reason, std::string& pending) {
+Line without_message(Direction direction, const Sentence& reason, std::string& pending) {
   const bool is_reply = direction == Direction::reply;
   const auto next = is_reply ? pending.find("HTTP/1.", 1) : pending.find("\r\n\r\n");
   const std::size_t size = next == std::string::npos ? pending.size() : is_reply ? next : next + 4;
   const std::string bytes = pending.substr(0, size);
   pending.erase(0, size);
-  return {std::nullopt, fmt::format("'{}' is no message of HTTP ({})", shown(bytes), reason)};
+  return {std::nullopt, say("'{}' is no message of HTTP ({})", shown(bytes), reason)};
 }
 
 template <bool is_request>
@@ -46,7 +46,7 @@ std::optional<Line> take_message(const Controller& controller, std::string& pend
   boost::beast::error_code code;
   const std::size_t used =
       pending.find("\r\n\r\n") == std::string::npos ? 0 : parser.put(boost::asio::buffer(pending), code);
-  if (code && code != http::error::need_more) return without_message(direction, code.message(), pending);
+  if (code && code != http::error::need_more) return without_message(direction, system_reason(code), pending);
   if (parser.is_done()) {
     pending.erase(0, used);
     return Line{body_of(parser.get()), ""};
