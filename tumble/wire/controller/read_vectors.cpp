@@ -77,7 +77,7 @@ void read_vector(const toml::table& table, Declared& declared) {
     for (const auto& [key, node] : *words)
       vector.reply.words[std::string(key.str())] = tables::text_of(node).value_or("");
   vector.reply.refused = flag_at(section, "refused", false);
-  vector.reply.text = say("{}", Name{section.text("text").value_or("")});
+  if (const auto text = section.text("text"); text && !text->empty()) vector.reply.text = say("{}", Name{*text});
   vector.host_only = flag_at(section, "host_only", false);
   vector.source = section.text("source").value_or("");
   vector.made_by_hand = flag_at(section, "made_by_hand", false);
