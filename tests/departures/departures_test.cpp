@@ -18,7 +18,7 @@ void PrintTo(const Subject& subject, std::ostream* out) { *out << name(subject);
 
 namespace {
 
-constexpr std::size_t seeds = 10;  // most_rms and least_told are derived for them
+constexpr std::size_t seeds = 10;  // most_rms and least_named are derived for them
 
 /// The share of the cells [%] that TUMBLE_DEPARTURES asks for.
 double share() {

@@ -139,7 +139,7 @@ std::string text_of(const std::string& subject, const Matrix& matrix) {
                                  matrix.sound.refused, fmt::join(matrix.sound.codes, " "));
   for (const Row& row : matrix.rows)
     text += fmt::format("cell\t{}\t{:.3g} {}\t{}\t{:.2f}\t{}\t{}\t{}\t{}\t{}\n", row.cell, row.size, row.unit,
-                        name(row.verdict.handling), row.verdict.worst_rms, row.parameter, row.verdict.told,
+                        name(row.verdict.handling), row.verdict.worst_rms, row.parameter, row.verdict.named,
                         row.verdict.refused, fmt::join(row.verdict.other_codes, " "), line(row.first_refusal));
   for (const std::string& reason : matrix.impossible) text += "impossible\t" + line(reason) + "\n";
   return text;

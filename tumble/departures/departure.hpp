@@ -36,12 +36,12 @@ using Recordings = std::vector<Recording>;
 struct Departure {
   const char* name;
   const char* summary;
-  /// What it can happen to: an axis of the rig, a channel, or "" for the whole test. Empty: not to this test.
+  /// Each thing that it can happen to: an axis of the rig, a channel, or "" for the whole test. Empty: not to this test.
   std::vector<std::string> (*targets)(const Plan& plan, const Recordings& recordings);
   /// Codes of the findings that name it rightly; empty: the result must hold in spite of it.
   std::vector<std::string> told_by;
   const char* unit = "";  ///< of its size; empty: that of the channel
-  /// [SI of the unit] what the budget of the test covers: as the plan states it, else a constant with its reason. Null:
+  /// [SI of the unit] size that the budget of the test covers: as the plan states it, else a constant with its reason. Null:
   /// it has no size, and there is one cell.
   double (*covered)(const Plan& plan, const Recordings& recordings, const std::string& target) = nullptr;
   void (*carry_out)(Plan& carried_out, const Happening& what) = nullptr;  ///< before the simulation; null: as planned
@@ -60,7 +60,7 @@ const Departure& find_departure(std::string_view name);
 /// no size.
 std::vector<double> sizes_of(const Departure& departure, const SimulatedTest& test, const std::string& target);
 
-/// What the departure can happen to in this test; empty: to nothing in it. A departure of the plan needs recordings
+/// Each thing that the departure can happen to in this test; empty: to nothing in it. A departure of the plan needs recordings
 /// that were made from a plan.
 std::vector<std::string> targets_of(const Departure& departure, const SimulatedTest& test);
 

@@ -72,7 +72,7 @@ TEST(DepartureCatalogue, EachChangesTheTestThatItAppliesTo) {
         changed = changed || now == nullptr || now->values != before.values;
       }
       // an encoder that is wrapped shows the same below 360 deg, and the noise of this test is nothing
-      if (std::string(departure.name) != "encoder_wraps") EXPECT_TRUE(changed) << departure.name << " " << target;
+      EXPECT_TRUE(changed || std::string(departure.name) == "encoder_wraps") << departure.name << " " << target;
     }
   EXPECT_GT(applied, 25u);
 }

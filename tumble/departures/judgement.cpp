@@ -40,7 +40,7 @@ std::set<std::string> codes_in(std::span<const Answer> answers) {
   return codes;
 }
 
-/// The fits are as good as the worst of the sound ones, nothing is said that is not said of these, and nothing that was
+/// The fits are not worse than the worst of the sound ones, nothing is said that is not said of these, and nothing that was
 /// recorded beside the outputs has changed.
 bool looks_sound(std::span<const Answer> answers, std::span<const Answer> sound) {
   double worst = 0.0;
@@ -89,8 +89,8 @@ std::string_view name(Handling handling) {
   switch (handling) {
     case Handling::held:
       return "held";
-    case Handling::told:
-      return "told";
+    case Handling::named:
+      return "named";
     case Handling::refused:
       return "refused";
     case Handling::cannot_be_seen:
@@ -108,7 +108,7 @@ CellVerdict judge_cell(std::span<const Answer> answers, std::span<const Answer> 
   for (const Answer& answer : answers) {
     parameters = std::max(parameters, answer.deviations.size());
     verdict.refused += answer.refusal.empty() ? 0 : 1;
-    verdict.told += names(answer, told_by) ? 1 : 0;
+    verdict.named += names(answer, told_by) ? 1 : 0;
   }
   for (std::size_t j = 0; j < parameters; ++j)
     if (const double rms = rms_of(answers, j); rms > verdict.worst_rms || std::isnan(rms)) {
@@ -120,17 +120,17 @@ CellVerdict judge_cell(std::span<const Answer> answers, std::span<const Answer> 
         count_of(sound, code) < count_of(answers, code))
       verdict.other_codes.push_back(code);
   const auto enough = [&](std::size_t seeds) {
-    return static_cast<double>(seeds) >= least_told * static_cast<double>(answers.size()) - 1e-9;
+    return static_cast<double>(seeds) >= least_named * static_cast<double>(answers.size()) - 1e-9;
   };
-  if (enough(verdict.told))
-    verdict.handling = Handling::told;
+  if (enough(verdict.named))
+    verdict.handling = Handling::named;
   else if (enough(verdict.refused))
     verdict.handling = Handling::refused;
   else if (verdict.worst_rms < most_rms)
     verdict.handling = Handling::held;
   else if (listed && looks_sound(answers, sound))
     verdict.handling = Handling::cannot_be_seen;
-  if (verdict.handling == Handling::told && verdict.refused == 0 && verdict.worst_rms < most_rms)
+  if (verdict.handling == Handling::named && verdict.refused == 0 && verdict.worst_rms < most_rms)
     verdict.handling = Handling::held;
   return verdict;
 }

@@ -8,7 +8,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/departures/departure.hpp"
 
-/// What a result makes of a departure: whether it holds, says so, or is wrong in silence (decision 116).
+/// Judges whether a result holds in spite of a departure, names it, or is wrong in silence (decision 116).
 namespace tumble {
 
 /// The answer to one simulated test.
@@ -23,12 +23,12 @@ struct Answer {
   bool other_channels_changed = false;  ///< a reference, a stamp or a mark differs from that of the sound test
 };
 
-/// What a result says of a test of known truth.
+/// The answer of a result to a test of known truth [SI].
 Answer answer_of(const Estimate& estimate, const std::vector<std::pair<std::string, double>>& truth);
 
 enum class Handling {
   held,            ///< the values are right
-  told,            ///< a finding or a refusal names the departure
+  named,           ///< a finding or a refusal names the departure
   refused,         ///< there is no result, for another reason than the departure
   cannot_be_seen,  ///< the list of unseen departures has it, and the data show nothing
   silent           ///< the values are wrong, and nothing names why: a failure
@@ -40,7 +40,7 @@ struct CellVerdict {
   Handling handling = Handling::silent;
   double worst_rms = 0.0;                     ///< of the deviations of a parameter over the seeds, the greatest [1]
   std::size_t worst = 0;                      ///< index of this parameter
-  std::size_t told = 0;                       ///< seeds in which it is named
+  std::size_t named = 0;                      ///< seeds in which it is named
   std::size_t refused = 0;                    ///< seeds without a result
   std::vector<std::string> other_codes = {};  ///< of most seeds, and of fewer sound tests: what is said in its place
 };
@@ -49,9 +49,9 @@ struct CellVerdict {
 /// 2.2 with p = 5e-7, since the sum of their squares is chi-square of 10 degrees of freedom, and 10 x 2.2^2 = 48.4.
 inline constexpr double most_rms = 2.2;
 /// The share of seeds in which a departure must be named.
-inline constexpr double least_told = 0.9;
+inline constexpr double least_named = 0.9;
 
-/// Judges the answers to one departure, a seed each.
+/// Judges the answers to one departure, a seed each; deviations in standard uncertainties [1].
 ///
 /// Given     answers  of the tests with the departure
 ///           sound    of the same seeds without it
@@ -60,11 +60,12 @@ inline constexpr double least_told = 0.9;
 CellVerdict judge_cell(std::span<const Answer> answers, std::span<const Answer> sound,
                        const std::vector<std::string>& told_by, bool listed);
 
-/// Warnings and errors in sound tests.
+/// Warnings and errors in sound tests, in numbers of tests [1].
 struct Accusations {
   std::size_t tests = 0, warned = 0, refused = 0;
   std::vector<std::string> codes;  ///< each once
 };
+/// Number [1] of sound tests that a method accuses.
 Accusations accusations_in(std::span<const Answer> sound);
 
 /// A departure that no data of a method can show.
@@ -73,7 +74,7 @@ struct Unseen {
   const char* method;  ///< empty: of any method
   const char* reason;
 };
-/// The list, which the tests confirm: an entry counts only where the fit is as good as in sound tests and no recorded
+/// The list, which the tests confirm: an entry counts only where the fit is not worse than in sound tests and no recorded
 /// channel contradicts.
 const std::vector<Unseen>& unseen_departures();
 /// The entry for the departure and the method, or null.

@@ -41,7 +41,7 @@ TEST(CellJudgement, AValueThatIsNotGivenIsNotWrong) {
 TEST(CellJudgement, ToldInNineOfTen) {
   Answers answers = ten(50.0, {"gap"});
   answers[3].codes.clear();
-  EXPECT_EQ(judge_cell(answers, ten(1.0), gap, false).handling, Handling::told);
+  EXPECT_EQ(judge_cell(answers, ten(1.0), gap, false).handling, Handling::named);
   answers[4].codes.clear();
   EXPECT_EQ(judge_cell(answers, ten(1.0), gap, false).handling, Handling::silent);
 }
@@ -54,7 +54,7 @@ TEST(CellJudgement, AWrongFindingBesideAWrongNumberIsSilent) {
 
 TEST(CellJudgement, ARefusalNamesTheDepartureOrNot) {
   Answers answers(10, Answer{.refusal = "no", .refusal_code = "gap"});
-  EXPECT_EQ(judge_cell(answers, ten(1.0), gap, false).handling, Handling::told);
+  EXPECT_EQ(judge_cell(answers, ten(1.0), gap, false).handling, Handling::named);
   for (Answer& answer : answers) answer.refusal_code = "outlier";
   EXPECT_EQ(judge_cell(answers, ten(1.0), gap, false).handling, Handling::refused);
 }

@@ -8,7 +8,7 @@
 #include "tumble/departures/departure.hpp"
 #include "tumble/models/model.hpp"
 
-/// What the entries share: which channels there are, and how samples and stamps are changed.
+/// Functions that the entries share: which channels there are, and how samples and stamps are changed.
 namespace tumble::entries {
 
 /// The whole test, where it has samples.
@@ -35,12 +35,12 @@ void edit_channel(Recordings& recordings, const std::string& name, const std::fu
 /// Calls `edit` with each channel, whose name is among `names`.
 void edit_channels(Recordings& recordings, const std::vector<std::string>& names,
                    const std::function<void(Channel&)>& edit);
-/// Replaces each sample, but missing ones.
+/// Replaces each sample [SI of the channel], but missing ones.
 void edit_values(Recordings& recordings, const std::string& name, const std::function<double(double)>& edit);
-/// Adds to each sample of the channel what the function gives for its fraction of the record (0 to 1).
+/// Adds to each sample of the channel the value [SI] that the function gives for its fraction of the record (0 to 1).
 void add_along(Recordings& recordings, const std::string& name, const std::function<double(double)>& added);
 
-/// Response of electronics to the samples of a channel; a missing sample stays missing and counts as the one before.
+/// Response of electronics to the samples of a channel, whose interval is `step` [s]; a missing sample stays missing and counts as the one before.
 void pass_through(Recordings& recordings, const std::string& name,
                   const std::function<Response(double step)>& response);
 
@@ -57,16 +57,16 @@ double sample_interval(const Recordings& recordings, const std::string& name);
 /// where most neighbours are alike.
 double noise_of(const Recordings& recordings, const std::string& name);
 
-/// What a budget covers of a bias [SI] of an output: the change from power-up to power-up or the bias instability that
+/// Bias [SI] of an output that a budget covers: the change from power-up to power-up or the bias instability that
 /// [truth] states, the greater of them; else a tenth of the noise of a sample, which a mean of 100 samples has.
 double covered_bias(const Plan& plan, const Recordings& recordings, const std::string& name);
 
 /// A number of the rig's options [SI]; `otherwise` where the rig has no such option or no value of it.
 double rig_number(const Plan& plan, const char* option, double otherwise);
 
-/// Adds to a number of the rig's options, where it has it.
+/// Adds an amount [SI] to a number of the rig's options, where it has it.
 void add_to_rig(Plan& plan, const char* option, double amount);
-/// Multiplies a number of the rig's options, where it has it.
+/// Multiplies a number of the rig's options by a factor [1], where it has it.
 void scale_in_rig(Plan& plan, const char* option, double factor);
 /// Whether the rig has one of these options, with a value.
 bool rig_has(const Plan& plan, std::initializer_list<const char*> options);

@@ -3,8 +3,6 @@
 
 #include "tumble/departures/entries/edits.hpp"
 #include "tumble/departures/entries/entries.hpp"
-#include "tumble/models/electronics/response.hpp"
-#include "tumble/units/constants.hpp"
 
 namespace tumble::entries {
 namespace {
@@ -15,16 +13,21 @@ double covered_lag(const Plan&, const Recordings& recordings, const std::string&
   return 0.5 * sample_interval(recordings, target);
 }
 
-/// A damping of 0.7; at low frequencies the loop lags by 2 zeta/omega.
+/// Low pass of first order whose lag at low frequencies is `lag` [s] for steps of any length.
+Response low_pass(double lag, double step) {
+  return [part = step / (step + lag), value = std::nan("")](std::span<double> samples) mutable {
+    for (double& sample : samples) sample = value = std::isnan(value) ? sample : value + part * (sample - value);
+  };
+}
+
+/// Two low passes of half the lag: a loop of second order that does not overshoot.
 void add_loop(const Plan&, Recordings& recordings, const Happening& what) {
-  constexpr double damping = 0.7;
-  const double frequency = 2.0 * damping / what.size / two_pi;
-  pass_through(recordings, what.target,
-               [&](double step) { return electronics::second_order_loop(frequency, damping, step); });
+  for (int stage = 0; stage < 2; ++stage)
+    pass_through(recordings, what.target, [&](double step) { return low_pass(0.5 * what.size, step); });
 }
 
 void add_filter(const Plan&, Recordings& recordings, const Happening& what) {
-  pass_through(recordings, what.target, [&](double step) { return electronics::first_order_loop(what.size, step); });
+  pass_through(recordings, what.target, [&](double step) { return low_pass(what.size, step); });
 }
 
 std::vector<std::string> outputs_that_are_no_counts(const Plan& plan, const Recordings& recordings) {
@@ -44,7 +47,7 @@ double covered_noise(const Plan&, const Recordings& recordings, const std::strin
 }
 
 void ignore_small(const Plan&, Recordings& recordings, const Happening& what) {
-  pass_through(recordings, what.target, [&](double) { return electronics::dead_zone(-what.size, what.size); });
+  edit_values(recordings, what.target, [&](double value) { return std::abs(value) <= what.size ? 0.0 : value; });
 }
 
 double covered_asymmetry(const Plan&, const Recordings&, const std::string&) { return 100e-6; }  // as a gain
