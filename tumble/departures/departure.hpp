@@ -68,7 +68,7 @@ std::vector<std::string> targets_of(const Departure& departure, const SimulatedT
 /// Throws Error::bad_input as `simulate` does.
 SimulatedTest simulated_test(const Plan& plan, std::uint64_t seed);
 
-/// A test that was made elsewhere. Where its recording is the one that `simulate(plan, seed)` gives, perhaps with
+/// A test that was made elsewhere, with its truth [SI]. Where its recording is the one that `simulate(plan, seed)` gives, perhaps with
 /// something added to the samples of a channel, departures of the plan can happen to it too.
 SimulatedTest simulated_test(Evidence evidence, std::vector<std::pair<std::string, double>> truth, std::uint64_t seed);
 
