@@ -1,5 +1,5 @@
 // Does every method hold, or say what happened, where a test is not carried out as planned? Every trial, every departure that
-// its channels allow, three sizes, ten seeds (decision 116). script/departures runs all of it and writes the matrix.
+// its channels allow, three sizes, ten seeds (decision 117). script/departures runs all of it and writes the matrix.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

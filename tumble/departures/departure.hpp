@@ -9,7 +9,7 @@
 #include "tumble/core/evidence.hpp"
 #include "tumble/math/random.hpp"
 
-/// How reality departs from a plan: each way as a function on a simulated test (decision 116).
+/// How reality departs from a plan: each way as a function on a simulated test (decision 117).
 namespace tumble {
 
 /// A test whose answer is known: as it was planned, as it was carried out, and what was recorded.

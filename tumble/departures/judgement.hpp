@@ -8,7 +8,7 @@
 #include "tumble/core/estimate.hpp"
 #include "tumble/departures/departure.hpp"
 
-/// Judges whether a result holds in spite of a departure, names it, or is wrong in silence (decision 116).
+/// Judges whether a result holds in spite of a departure, names it, or is wrong in silence (decision 117).
 namespace tumble {
 
 /// The answer to one simulated test.
