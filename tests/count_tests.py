@@ -17,7 +17,7 @@ import sys
 import tempfile
 import xml.etree.ElementTree as xml
 
-ORDER = ("unit", "whole", "coverage", "data", "python", "browser", "postgres", "station", "fleet", "soak")
+ORDER = ("unit", "whole", "coverage", "data", "python", "browser", "postgres", "station", "fleet", "departures", "soak")
 
 
 class Count:

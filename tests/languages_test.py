@@ -105,7 +105,7 @@ class Reading(unittest.TestCase):
                 self.assertIn(word + "（", tumble("help", "archive", "--lang", "zh"))
 
     def test_options_of_every_method_model_and_rig_and_the_line_of_every_entry(self):
-        for kind in ("methods", "models", "rigs", "formats", "checks"):
+        for kind in ("methods", "models", "rigs", "formats", "checks", "departures"):
             for line in tumble("list", kind, "--lang", "zh").splitlines():
                 self.assertRegex(line, HAN)
         for kind, entry in entries_with_options():

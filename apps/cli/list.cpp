@@ -98,7 +98,7 @@ std::string facts(const Json& entry, const SectionWords& words, std::size_t widt
     text += words.with("extensions", joined("extensions"), directions(entry, words)) + "\n";
   for (const char* key : {"formula", "units", "frame"})
     if (entry.contains(key)) text += wrapped(words(key), entry[key], width);
-  for (const char* key : {"carries", "estimates"})
+  for (const char* key : {"carries", "estimates", "told_by"})
     if (has(key)) text += wrapped(words(key), joined(key), width);
   if (entry.contains("needs_plan") && entry["needs_plan"].get<bool>()) text += words("needs_plan") + "\n";
   return text;
@@ -174,9 +174,10 @@ int run(const ListArguments& arguments, const Terminal& terminal) {
 Verb list_verb() {
   auto arguments = std::make_shared<ListArguments>();
   return {"list",
-          "List methods, models, rigs, formats, checks, exports, plans, instruments, controllers, units",
+          "List methods, models, rigs, formats, checks, departures, exports, plans, instruments, controllers, units",
           {{"KIND", &arguments->kind,
-            "methods, models, rigs, formats, checks, exports, plans, instruments, controllers or units (default: all)"},
+            "methods, models, rigs, formats, checks, departures, exports, plans, instruments, controllers or units "
+            "(default: all)"},
            {"NAME", &arguments->name,
             "name of one entry, to show its options and sources; of controllers also a file of your own, to check it"},
            {"--json", &arguments->json, "print JSON, including the options"}},

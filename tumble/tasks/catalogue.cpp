@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/departures/departure.hpp"
 #include "tumble/exchange/exports/export.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/formats/format.hpp"
@@ -133,6 +134,14 @@ Json json(const Format& format) {
           {"writes", format.writer != nullptr}};
 }
 
+Json json(const Departure& departure) {
+  return {{"name", departure.name},
+          {"summary", departure.summary},
+          {"unit", departure.unit},
+          {"sizes", departure.covered != nullptr},
+          {"told_by", departure.told_by}};
+}
+
 Json json(const Check& check) { return {{"name", check.name}, {"summary", check.summary}}; }
 
 Json json(const Export& entry) {
@@ -233,6 +242,7 @@ Json entries_of(const std::string& kind) {
   if (kind == "models") return all(model_catalogue());
   if (kind == "rigs") return all(rig_catalogue());
   if (kind == "formats") return all(format_catalogue());
+  if (kind == "departures") return each(departure_catalogue());
   if (kind == "exports") return all(export_catalogue());
   if (kind == "plans") return each(ready_plans());
   if (kind == "instruments") return each(shipped_instruments());
@@ -263,7 +273,7 @@ void say_in(Language language, Json& entry) {
 }  // namespace catalogue
 
 const std::vector<std::string>& catalogue_kinds() {
-  static const std::vector<std::string> kinds{"methods", "models", "rigs",        "formats",     "checks",
+  static const std::vector<std::string> kinds{"methods", "models", "rigs",        "formats",     "checks", "departures",
                                               "exports", "plans",  "instruments", "controllers", "units"};
   return kinds;
 }

@@ -7,7 +7,7 @@
 
 namespace tumble {
 
-/// The kinds of things there are, in the order shown: methods, models, rigs, formats, checks.
+/// The kinds of things there are, in the order shown: methods, models, rigs, formats, checks, departures ...
 const std::vector<std::string>& catalogue_kinds();
 
 /// Every entry of one kind with all it says of itself, as an array of JSON: name, summary, source, options, roles,

@@ -1,0 +1,148 @@
+#include "matrix.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "tumble/checks/check.hpp"
+#include "tumble/math/parallel.hpp"
+#include "tumble/tasks/tasks.hpp"
+#include "tumble/units/error.hpp"
+
+namespace tumble::departures {
+namespace {
+
+/// The code of the finding whose sentence a refusal is; empty: of none.
+std::string code_of(const Error& error, const SimulatedTest& test) {
+  for (const Recording& recording : test.evidence.recordings)
+    for (const Finding& finding : run_checks(recording, &test.evidence.plan))
+      for (const Problem& problem : error.problems)
+        if (finding.severity == Finding::Severity::error && problem.what.pattern == said_of(finding).pattern)
+          return finding.code;
+  return {};
+}
+
+Answer answer(const SimulatedTest& test) {
+  try {
+    return answer_of(identify(test.evidence, {}), test.truth);
+  } catch (const Error& error) {
+    return {.refusal = error.what(), .refusal_code = code_of(error, test)};
+  } catch (const std::exception& error) {
+    return {.refusal = error.what()};
+  }
+}
+
+struct Sound {
+  std::vector<SimulatedTest> tests;
+  std::vector<Answer> answers;
+};
+
+Sound sound_tests(const Subject& subject, std::size_t seeds) {
+  Sound sound{std::vector<SimulatedTest>(seeds), std::vector<Answer>(seeds)};
+  parallel_for(seeds, [&](std::size_t i) {
+    Trial trial = subject.draw(i + 1);
+    sound.tests[i] = simulated_test(std::move(trial.evidence), std::move(trial.truth), i + 1);
+    sound.answers[i] = answer(sound.tests[i]);
+  });
+  return sound;
+}
+
+/// The answers to a cell. Throws Error::bad_input where its test cannot be made.
+std::vector<Answer> answers_to(const Sound& sound, const Cell& cell) {
+  std::vector<Answer> answers(sound.tests.size());
+  parallel_for(sound.tests.size(), [&](std::size_t i) {
+    const SimulatedTest& test = sound.tests[i];
+    const double size = sizes_of(*cell.departure, test, cell.target)[cell.size];
+    const SimulatedTest departed = with_departure(test, *cell.departure, cell.target, size, i + 1);
+    answers[i] = answer(departed);
+    answers[i].other_channels_changed = other_channels_differ(test, departed);
+  });
+  return answers;
+}
+
+Row judged(const Subject& subject, const Sound& sound, const Cell& cell, const std::string& called) {
+  const auto answers = answers_to(sound, cell);
+  const Departure& departure = *cell.departure;
+  const double size = sizes_of(departure, sound.tests.front(), cell.target)[cell.size];
+  Row row{called, departure.unit, size, {}, {}, {}};
+  if (!row.unit.empty()) row.size = Unit::parse(row.unit).difference_from_si(size);
+  row.verdict = judge_cell(answers, sound.answers, departure.told_by,
+                           find_unseen(departure.name, subject.method->name) != nullptr);
+  const auto& truth = sound.tests.front().truth;
+  if (row.verdict.worst < truth.size()) row.parameter = truth[row.verdict.worst].first;
+  const auto refused = std::ranges::find_if(answers, [](const Answer& one) { return !one.refusal.empty(); });
+  if (refused != answers.end()) row.first_refusal = refused->refusal;
+  return row;
+}
+
+}  // namespace
+
+std::string name(const Subject& subject) {
+  return std::string(subject.method->name) + (subject.second ? ".second" : "");
+}
+
+std::vector<Subject> all_subjects() {
+  std::vector<Subject> subjects;
+  for (const Method* method : method_catalogue()) {
+    const Trials& trials = trials_of(*method);
+    subjects.push_back({method, trials.first, false});
+    if (trials.second != nullptr) subjects.push_back({method, trials.second, true});
+  }
+  return subjects;
+}
+
+std::string name(const Subject& subject, const Cell& cell, std::size_t sizes) {
+  constexpr const char* times[] = {"x0.3", "x1", "x10"};
+  std::string text = fmt::format("{}/{}", name(subject), cell.departure->name);
+  if (!cell.target.empty()) text += "/" + cell.target;
+  return sizes == 1 ? text : text + "/" + times[cell.size];
+}
+
+bool is_drawn(const std::string& cell, double percent) {
+  std::uint64_t hash = 14695981039346656037ull;  // FNV-1a, 64 bits
+  for (const char c : cell) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ull;
+  hash ^= hash >> 32;
+  return static_cast<double>(hash % 10000) < 100.0 * percent;
+}
+
+Matrix matrix_of(const Subject& subject, double percent, std::size_t seeds) {
+  Matrix matrix;
+  std::optional<Sound> sound = sound_tests(subject, seeds);
+  matrix.sound = accusations_in(sound->answers);
+  const SimulatedTest& first = sound->tests.front();
+  for (const Departure& departure : departure_catalogue())
+    for (const std::string& target : targets_of(departure, first)) {
+      const std::size_t sizes = sizes_of(departure, first, target).size();
+      for (std::size_t s = 0; s < sizes; ++s) {
+        const Cell cell{&departure, target, s};
+        const std::string called = name(subject, cell, sizes);
+        if (!is_drawn(called, percent)) continue;
+        try {
+          matrix.rows.push_back(judged(subject, *sound, cell, called));
+        } catch (const std::exception& error) {
+          matrix.impossible.push_back(fmt::format("{}: {}", called, error.what()));
+        }
+      }
+    }
+  return matrix;
+}
+
+std::string text_of(const std::string& subject, const Matrix& matrix) {
+  const auto line = [](std::string text) {
+    std::ranges::replace(text, '\n', ' ');
+    std::ranges::replace(text, '\t', ' ');
+    return text;
+  };
+  std::string text = fmt::format("sound\t{}\t{}\t{}\t{}\t{}\n", subject, matrix.sound.tests, matrix.sound.warned,
+                                 matrix.sound.refused, fmt::join(matrix.sound.codes, " "));
+  for (const Row& row : matrix.rows)
+    text += fmt::format("cell\t{}\t{:.3g} {}\t{}\t{:.2f}\t{}\t{}\t{}\t{}\t{}\n", row.cell, row.size, row.unit,
+                        name(row.verdict.handling), row.verdict.worst_rms, row.parameter, row.verdict.named,
+                        row.verdict.refused, fmt::join(row.verdict.other_codes, " "), line(row.first_refusal));
+  for (const std::string& reason : matrix.impossible) text += "impossible\t" + line(reason) + "\n";
+  return text;
+}
+
+}  // namespace tumble::departures

@@ -1,0 +1,74 @@
+#include <algorithm>
+#include <cmath>
+
+#include "tumble/departures/entries/edits.hpp"
+#include "tumble/departures/entries/entries.hpp"
+#include "tumble/units/constants.hpp"
+
+namespace tumble::entries {
+namespace {
+
+/// What a budget covers of the angle of an encoder: the zero of its index.
+double covered_zero(const Plan& plan, const Recordings&, const std::string&) {
+  return std::max(rig_number(plan, "index_zero_sd", 3.0 * arcsecond), arcsecond);
+}
+
+/// The reading is proportional to the angle; a disc with a whole number of lines cannot be off by more than this in a
+/// turn of 360 deg, by an index of 3 arcsec.
+double covered_gain(const Plan&, const Recordings&, const std::string&) { return 10e-6; }
+
+void hold_first(const Plan&, Recordings& recordings, const Happening& what) {
+  edit_channel(recordings, what.target, [](Channel& channel) {
+    if (!channel.values.empty()) std::ranges::fill(channel.values, channel.values.front());
+  });
+}
+
+}  // namespace
+
+std::vector<Departure> of_encoders() {
+  return {{.name = "encoder_gain",
+           .summary = "an encoder shows larger angles and rates than the axis has",
+           .targets = encoders,
+           .told_by = {"angle_off_plan", "turn_rate_recorded", "rates_differ_from_plan"},
+           .unit = "ppm",
+           .covered = covered_gain,
+           .record =
+               [](const Plan&, Recordings& recordings, const Happening& what) {
+                 edit_values(recordings, what.target, [&](double angle) { return angle * (1.0 + what.size); });
+               }},
+          {.name = "encoder_sign",
+           .summary = "an encoder counts in the other direction than the axis turns",
+           .targets = encoders,
+           .told_by = {"angle_off_plan", "turn_rate_recorded", "arm_turns_the_other_way", "table_turns_the_other_way",
+                       "gyro_reversed"},
+           .record =
+               [](const Plan&, Recordings& recordings, const Happening& what) {
+                 edit_values(recordings, what.target, [](double angle) { return -angle; });
+               }},
+          {.name = "encoder_index",
+           .summary = "the zero of an encoder is at another angle than planned",
+           .targets = encoders,
+           .told_by = {"angle_off_plan", "turn_phase_recorded"},
+           .unit = "arcsec",
+           .covered = covered_zero,
+           .record =
+               [](const Plan&, Recordings& recordings, const Happening& what) {
+                 edit_values(recordings, what.target, [&](double angle) { return angle + what.size; });
+               }},
+          {.name = "encoder_at_rest",
+           .summary = "an encoder shows the same angle throughout, while the axis moves",
+           .targets = encoders,
+           .told_by = {"angles_not_recorded", "angle_off_plan", "turn_rate_recorded", "constant_output",
+                       "channel_constant", "stuck_output"},
+           .record = hold_first},
+          {.name = "encoder_wraps",
+           .summary = "an encoder begins again at zero after each turn of 360 deg",
+           .targets = encoders,
+           .told_by = {},
+           .record = [](const Plan&, Recordings& recordings, const Happening& what) {
+             edit_values(recordings, what.target,
+                         [](double angle) { return angle - two_pi * std::floor(angle / two_pi); });
+           }}};
+}
+
+}  // namespace tumble::entries
