@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <optional>
 
 #include "tumble/checks/check.hpp"
 #include "tumble/math/parallel.hpp"
@@ -66,7 +65,7 @@ Row judged(const Subject& subject, const Sound& sound, const Cell& cell, const s
   const auto answers = answers_to(sound, cell);
   const Departure& departure = *cell.departure;
   const double size = sizes_of(departure, sound.tests.front(), cell.target)[cell.size];
-  Row row{called, departure.unit, size, {}, {}, {}};
+  Row row{.cell = called, .unit = departure.unit, .size = size};
   if (!row.unit.empty()) row.size = Unit::parse(row.unit).difference_from_si(size);
   row.verdict = judge_cell(answers, sound.answers, departure.told_by,
                            find_unseen(departure.name, subject.method->name) != nullptr);
@@ -100,32 +99,46 @@ std::string name(const Subject& subject, const Cell& cell, std::size_t sizes) {
   return sizes == 1 ? text : text + "/" + times[cell.size];
 }
 
-bool is_drawn(const std::string& cell, double percent) {
+bool is_drawn(const std::string& name, double percent) {
   std::uint64_t hash = 14695981039346656037ull;  // FNV-1a, 64 bits
-  for (const char c : cell) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ull;
+  for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ull;
   hash ^= hash >> 32;
   return static_cast<double>(hash % 10000) < 100.0 * percent;
 }
 
+namespace {
+
+/// The sizes of a departure that happens to a target, the greatest one first: what holds there holds at smaller ones.
+void judge_sizes(const Subject& subject, const Sound& sound, const Departure& departure, const std::string& target,
+                 Matrix& matrix) {
+  const std::vector<double> sizes = sizes_of(departure, sound.tests.front(), target);
+  bool holds = false;
+  for (std::size_t s = sizes.size(); s-- > 0;) {
+    const Cell cell{&departure, target, s};
+    const std::string called = name(subject, cell, sizes.size());
+    if (holds) {
+      matrix.rows.push_back({.cell = called, .verdict = {.handling = Handling::held}, .follows = true});
+      continue;
+    }
+    try {
+      matrix.rows.push_back(judged(subject, sound, cell, called));
+      holds = matrix.rows.back().verdict.handling == Handling::held;
+    } catch (const std::exception& error) {
+      matrix.impossible.push_back(fmt::format("{}: {}", called, error.what()));
+    }
+  }
+}
+
+}  // namespace
+
 Matrix matrix_of(const Subject& subject, double percent, std::size_t seeds) {
   Matrix matrix;
-  std::optional<Sound> sound = sound_tests(subject, seeds);
-  matrix.sound = accusations_in(sound->answers);
-  const SimulatedTest& first = sound->tests.front();
+  const Sound sound = sound_tests(subject, seeds);
+  matrix.sound = accusations_in(sound.answers);
   for (const Departure& departure : departure_catalogue())
-    for (const std::string& target : targets_of(departure, first)) {
-      const std::size_t sizes = sizes_of(departure, first, target).size();
-      for (std::size_t s = 0; s < sizes; ++s) {
-        const Cell cell{&departure, target, s};
-        const std::string called = name(subject, cell, sizes);
-        if (!is_drawn(called, percent)) continue;
-        try {
-          matrix.rows.push_back(judged(subject, *sound, cell, called));
-        } catch (const std::exception& error) {
-          matrix.impossible.push_back(fmt::format("{}: {}", called, error.what()));
-        }
-      }
-    }
+    for (const std::string& target : targets_of(departure, sound.tests.front()))
+      if (is_drawn(fmt::format("{}/{}/{}", name(subject), departure.name, target), percent))
+        judge_sizes(subject, sound, departure, target, matrix);
   return matrix;
 }
 
@@ -137,10 +150,14 @@ std::string text_of(const std::string& subject, const Matrix& matrix) {
   };
   std::string text = fmt::format("sound\t{}\t{}\t{}\t{}\t{}\n", subject, matrix.sound.tests, matrix.sound.warned,
                                  matrix.sound.refused, fmt::join(matrix.sound.codes, " "));
-  for (const Row& row : matrix.rows)
-    text += fmt::format("cell\t{}\t{:.3g} {}\t{}\t{:.2f}\t{}\t{}\t{}\t{}\t{}\n", row.cell, row.size, row.unit,
-                        name(row.verdict.handling), row.verdict.worst_rms, row.parameter, row.verdict.named,
-                        row.verdict.refused, fmt::join(row.verdict.other_codes, " "), line(row.first_refusal));
+  for (const Row& row : matrix.rows) {
+    if (row.follows)
+      text += fmt::format("cell\t{}\t\theld\tas the greater size\t\t\t\t\t\n", row.cell);
+    else
+      text += fmt::format("cell\t{}\t{:.3g} {}\t{}\t{:.2f}\t{}\t{}\t{}\t{}\t{}\n", row.cell, row.size, row.unit,
+                          name(row.verdict.handling), row.verdict.worst_rms, row.parameter, row.verdict.named,
+                          row.verdict.refused, fmt::join(row.verdict.other_codes, " "), line(row.first_refusal));
+  }
   for (const std::string& reason : matrix.impossible) text += "impossible\t" + line(reason) + "\n";
   return text;
 }

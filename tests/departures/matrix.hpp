@@ -27,17 +27,18 @@ struct Cell {
 };
 std::string name(const Subject& subject, const Cell& cell, std::size_t sizes);
 
-/// Whether the cell is among `percent` of all, the same ones in each run: by a hash of its name.
-bool is_drawn(const std::string& cell, double percent);
+/// Whether a method, departure and target are among `percent` of all, the same ones in each run: by a hash of their name.
+bool is_drawn(const std::string& name, double percent);
 
 /// The sound tests of a subject, with their answers, and the verdicts of its cells.
 struct Row {
   std::string cell;
-  std::string unit;
+  std::string unit = {};
   double size = 0.0;  ///< [unit], or [SI] where there is none
-  CellVerdict verdict;
-  std::string parameter;  ///< with the greatest deviation
-  std::string first_refusal;
+  CellVerdict verdict = {};
+  std::string parameter = {};  ///< with the greatest deviation
+  std::string first_refusal = {};
+  bool follows = false;  ///< it holds, since it holds at a greater size
 };
 struct Matrix {
   Accusations sound;
