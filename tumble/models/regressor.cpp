@@ -1,9 +1,8 @@
 #include "tumble/models/regressor.hpp"
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cmath>
+#include <cstring>
 
 #include "tumble/models/model.hpp"
 
@@ -22,50 +21,60 @@ double powered(double value, double x, int n) {
 
 }  // namespace
 
-Regressor::Regressor(double constant) {
-  if (constant != 0.0) products_ = {{constant, {}}};
+Regressor::Regressor(double constant)
+    : Regressor(constant == 0.0 ? std::vector<Product>{} : std::vector<Product>{{constant, {}}}) {}
+Regressor::Regressor(Input input) : Regressor(TermFactor{.input = input}) {}
+Regressor::Regressor(TermFactor factor) : Regressor(std::vector<Product>{{1.0, {std::move(factor)}}}) {}
+Regressor::Regressor(const std::vector<Product>& products) : products_(products) {
+  for (const Product& product : products_) {
+    const std::size_t first = steps_.size();
+    if (product.factors.empty()) steps_.push_back({.weight = product.weight});
+    for (const TermFactor& factor : product.factors)
+      steps_.push_back({.form = factor.form,
+                        .order = factor.order,
+                        .input = static_cast<std::size_t>(factor.input),
+                        .from_start = factor.from_start,
+                        .weight = product.weight,
+                        .origin = factor.origin,
+                        .size = factor.size});
+    steps_[first].begins = steps_.back().ends = true;
+  }
 }
-Regressor::Regressor(Input input) : products_{{1.0, {TermFactor{.input = input}}}} {}
-Regressor::Regressor(TermFactor factor) : products_{{1.0, {std::move(factor)}}} {}
-Regressor::Regressor(std::vector<Product> products) : products_(std::move(products)) {}
 
 double Regressor::operator()(const Felt& felt) const {
   if (function_) return function_(felt);
   static_assert(sizeof(Felt) == felt_inputs * sizeof(double));
-  const auto inputs = std::bit_cast<std::array<double, felt_inputs>>(felt);
-  const double start = felt.start_temperature;
-  double sum = 0.0;
-  for (const Product& product : products_) {
-    double value = product.weight;
-    for (const TermFactor& factor : product.factors) {
-      double x = inputs[static_cast<std::size_t>(factor.input)] - factor.origin;
-      if (factor.from_start) x -= start;
-      if (factor.form == TermFactor::Form::power) {
-        value = powered(value, x, factor.order);
-      } else {
-        double state = x;
-        value *= value_of(factor, x, state);
-      }
+  double sum = 0.0, value = 0.0;
+  for (const Step& step : steps_) {
+    if (step.begins) value = step.weight;
+    if (step.order != 0 || step.form != TermFactor::Form::power) {
+      double x = 0.0;
+      std::memcpy(&x, reinterpret_cast<const char*>(&felt) + step.input * sizeof(double), sizeof x);
+      x -= step.origin;
+      if (step.from_start) x -= felt.start_temperature;
+      double state = x;
+      value = step.form == TermFactor::Form::power ? powered(value, x, step.order)
+                                                   : value * value_of(step.form, step.order, step.size, x, state);
     }
-    sum += value;
+    if (step.ends) sum += value;
   }
   return sum;
 }
 
-double value_of(const TermFactor& factor, double x, double& state) {
-  switch (factor.form) {
+double value_of(TermFactor::Form form, int order, double size, double x, double& state) {
+  switch (form) {
     case TermFactor::Form::power:
-      return powered(1.0, x, factor.order);
+      return powered(1.0, x, order);
     case TermFactor::Form::magnitude:
       return std::abs(x);
     case TermFactor::Form::sine:
-      return std::sin(factor.order * x);
+      return std::sin(order * x);
     case TermFactor::Form::cosine:
-      return std::cos(factor.order * x);
+      return std::cos(order * x);
     case TermFactor::Form::decay:
-      return std::exp(-x / factor.size);
+      return std::exp(-x / size);
     case TermFactor::Form::play:
-      return state = std::max(x - factor.size, std::min(x + factor.size, state));
+      return state = std::max(x - size, std::min(x + size, state));
   }
   return 0.0;
 }

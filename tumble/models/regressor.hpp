@@ -24,7 +24,7 @@ class Regressor {
   /// The input itself [SI].
   Regressor(Input input);        // NOLINT(google-explicit-constructor)
   Regressor(TermFactor factor);  // NOLINT(google-explicit-constructor)
-  explicit Regressor(std::vector<Product> products);
+  explicit Regressor(const std::vector<Product>& products);
   /// A function [SI] of what is felt.
   template <class Function>
   requires(std::is_invocable_r_v<double, Function, const Felt&> && !std::same_as<std::decay_t<Function>, Regressor>)
@@ -38,7 +38,17 @@ class Regressor {
   explicit operator bool() const { return function_ || !products_.empty(); }
 
  private:
+  /// One factor with what a sample needs of it: the products one after the other, without names.
+  struct Step {
+    TermFactor::Form form = TermFactor::Form::power;
+    int order = 0;  ///< 0: a constant product
+    std::size_t input = 0;
+    bool from_start = false, begins = false, ends = false;  ///< its product
+    double weight = 1.0;                                    ///< of its product
+    double origin = 0.0, size = 1.0;
+  };
   std::vector<Product> products_;
+  std::vector<Step> steps_;
   std::function<double(const Felt&)> function_;
 };
 
@@ -58,8 +68,9 @@ Regressor decay(Input x, double size);
 Regressor from(Input x, double origin);
 Regressor from_start(Input x);
 
-/// A factor of `x` [SI of the input], which for `play` needs the state before this sample and changes it.
-double value_of(const TermFactor& factor, double x, double& state);
+/// A factor of `x` [SI of the input]. Given: n, size [SI of the input], and for `play` the state before this sample, which
+/// it changes.
+double value_of(TermFactor::Form form, int order, double size, double x, double& state);
 
 /// Component 0, 1 or 2 of the vector whose first component is `x`.
 constexpr Input along(Input x, std::size_t axis) { return static_cast<Input>(static_cast<std::size_t>(x) + axis); }

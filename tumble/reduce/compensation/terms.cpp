@@ -10,11 +10,11 @@ namespace tumble::compensation {
 namespace {
 
 double value_of(const UsedFactor& used, const Values& values, double& state) {
-  double x = values[used.slot] - used.factor.origin;
+  double x = values[used.slot] - used.origin;
   if (used.linear) return x;
   if (used.start != SIZE_MAX) x -= values[used.start];
   if (std::isnan(state)) state = x;
-  return tumble::value_of(used.factor, x, state);
+  return tumble::value_of(used.form, used.order, used.size, x, state);
 }
 
 /// Number of the slot of an input; added where there is none yet.
@@ -28,7 +28,7 @@ std::size_t slot_of(const Slot& wanted, std::vector<Slot>& slots) {
 }
 
 UsedFactor used_factor(const TermFactor& factor, const Estimate& estimate, std::vector<Slot>& slots) {
-  UsedFactor used{factor};
+  UsedFactor used{.form = factor.form, .order = factor.order, .origin = factor.origin, .size = factor.size};
   used.slot = slot_of({factor.input, factor.role}, slots);
   if (factor.lag)
     used.slot = slot_of({factor.input, factor.role, estimate.parameters.at(*factor.lag).value, used.slot}, slots);
@@ -66,7 +66,7 @@ void add_linear(const UsedTerm& term, double coefficient, LinearPart& linear) {
     const double slope = coefficient * product.weight;
     if (product.factors.empty()) linear.constant += slope;
     if (product.factors.empty()) continue;
-    linear.constant -= slope * product.factors[0].factor.origin;
+    linear.constant -= slope * product.factors[0].origin;
     linear.slopes[product.factors[0].slot] += slope;
   }
 }

@@ -16,7 +16,9 @@
 namespace tumble::compensation {
 
 struct UsedFactor {
-  TermFactor factor;
+  TermFactor::Form form = TermFactor::Form::power;
+  int order = 1;
+  double origin = 0.0, size = 1.0;  ///< [SI of the input]
   std::size_t slot = 0;
   std::size_t start = SIZE_MAX;                             ///< slot of the start temperature, where it is subtracted
   bool linear = false;                                      ///< it is the input less the origin
