@@ -38,10 +38,10 @@ struct Sound {
   std::vector<Answer> answers;
 };
 
-Sound sound_tests(const Subject& subject, std::size_t seeds) {
+Sound sound_tests(const Method& method, std::size_t seeds) {
   Sound sound{std::vector<SimulatedTest>(seeds), std::vector<Answer>(seeds)};
   parallel_for(seeds, [&](std::size_t i) {
-    Trial trial = subject.draw(i + 1);
+    Trial trial = trials_of(method).first(i + 1);
     sound.tests[i] = simulated_test(std::move(trial.evidence), std::move(trial.truth), i + 1);
     sound.answers[i] = answer(sound.tests[i]);
   });
@@ -61,14 +61,14 @@ std::vector<Answer> answers_to(const Sound& sound, const Cell& cell) {
   return answers;
 }
 
-Row judged(const Subject& subject, const Sound& sound, const Cell& cell, const std::string& called) {
+Row judged(const Method& method, const Sound& sound, const Cell& cell, const std::string& called) {
   const auto answers = answers_to(sound, cell);
   const Departure& departure = *cell.departure;
   const double size = sizes_of(departure, sound.tests.front(), cell.target)[cell.size];
   Row row{.cell = called, .unit = departure.unit, .size = size};
   if (!row.unit.empty()) row.size = Unit::parse(row.unit).difference_from_si(size);
-  row.verdict = judge_cell(answers, sound.answers, departure.told_by,
-                           find_unseen(departure.name, subject.method->name) != nullptr);
+  row.verdict =
+      judge_cell(answers, sound.answers, departure.told_by, find_unseen(departure.name, method.name) != nullptr);
   const auto& truth = sound.tests.front().truth;
   if (row.verdict.worst < truth.size()) row.parameter = truth[row.verdict.worst].first;
   const auto refused = std::ranges::find_if(answers, [](const Answer& one) { return !one.refusal.empty(); });
@@ -78,23 +78,9 @@ Row judged(const Subject& subject, const Sound& sound, const Cell& cell, const s
 
 }  // namespace
 
-std::string name(const Subject& subject) {
-  return std::string(subject.method->name) + (subject.second ? ".second" : "");
-}
-
-std::vector<Subject> all_subjects() {
-  std::vector<Subject> subjects;
-  for (const Method* method : method_catalogue()) {
-    const Trials& trials = trials_of(*method);
-    subjects.push_back({method, trials.first, false});
-    if (trials.second != nullptr) subjects.push_back({method, trials.second, true});
-  }
-  return subjects;
-}
-
-std::string name(const Subject& subject, const Cell& cell, std::size_t sizes) {
+std::string name(const Method& method, const Cell& cell, std::size_t sizes) {
   constexpr const char* times[] = {"x0.3", "x1", "x10"};
-  std::string text = fmt::format("{}/{}", name(subject), cell.departure->name);
+  std::string text = fmt::format("{}/{}", method.name, cell.departure->name);
   if (!cell.target.empty()) text += "/" + cell.target;
   return sizes == 1 ? text : text + "/" + times[cell.size];
 }
@@ -109,19 +95,19 @@ bool is_drawn(const std::string& name, double percent) {
 namespace {
 
 /// The sizes of a departure that happens to a target, the greatest one first: what holds there holds at smaller ones.
-void judge_sizes(const Subject& subject, const Sound& sound, const Departure& departure, const std::string& target,
+void judge_sizes(const Method& method, const Sound& sound, const Departure& departure, const std::string& target,
                  Matrix& matrix) {
   const std::vector<double> sizes = sizes_of(departure, sound.tests.front(), target);
   bool holds = false;
   for (std::size_t s = sizes.size(); s-- > 0;) {
     const Cell cell{&departure, target, s};
-    const std::string called = name(subject, cell, sizes.size());
+    const std::string called = name(method, cell, sizes.size());
     if (holds) {
       matrix.rows.push_back({.cell = called, .verdict = {.handling = Handling::held}, .follows = true});
       continue;
     }
     try {
-      matrix.rows.push_back(judged(subject, sound, cell, called));
+      matrix.rows.push_back(judged(method, sound, cell, called));
       holds = matrix.rows.back().verdict.handling == Handling::held;
     } catch (const std::exception& error) {
       matrix.impossible.push_back(fmt::format("{}: {}", called, error.what()));
@@ -131,24 +117,24 @@ void judge_sizes(const Subject& subject, const Sound& sound, const Departure& de
 
 }  // namespace
 
-Matrix matrix_of(const Subject& subject, double percent, std::size_t seeds) {
+Matrix matrix_of(const Method& method, double percent, std::size_t seeds) {
   Matrix matrix;
-  const Sound sound = sound_tests(subject, seeds);
+  const Sound sound = sound_tests(method, seeds);
   matrix.sound = accusations_in(sound.answers);
   for (const Departure& departure : departure_catalogue())
     for (const std::string& target : targets_of(departure, sound.tests.front()))
-      if (is_drawn(fmt::format("{}/{}/{}", name(subject), departure.name, target), percent))
-        judge_sizes(subject, sound, departure, target, matrix);
+      if (is_drawn(fmt::format("{}/{}/{}", method.name, departure.name, target), percent))
+        judge_sizes(method, sound, departure, target, matrix);
   return matrix;
 }
 
-std::string text_of(const std::string& subject, const Matrix& matrix) {
+std::string text_of(const Method& method, const Matrix& matrix) {
   const auto line = [](std::string text) {
     std::ranges::replace(text, '\n', ' ');
     std::ranges::replace(text, '\t', ' ');
     return text;
   };
-  std::string text = fmt::format("sound\t{}\t{}\t{}\t{}\t{}\n", subject, matrix.sound.tests, matrix.sound.warned,
+  std::string text = fmt::format("sound\t{}\t{}\t{}\t{}\t{}\n", method.name, matrix.sound.tests, matrix.sound.warned,
                                  matrix.sound.refused, fmt::join(matrix.sound.codes, " "));
   for (const Row& row : matrix.rows) {
     if (row.follows)

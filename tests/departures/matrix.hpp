@@ -10,27 +10,18 @@
 /// The matrix of methods and departures.
 namespace tumble::departures {
 
-/// One of the two trials of a method.
-struct Subject {
-  const Method* method = nullptr;
-  Trial (*draw)(std::uint64_t seed) = nullptr;
-  bool second = false;
-};
-std::string name(const Subject& subject);  ///< "allan_noise", "allan_noise.second"
-std::vector<Subject> all_subjects();
-
 /// One cell. Its name has no blank: "allan_noise/clock_fast/x10".
 struct Cell {
   const Departure* departure = nullptr;
   std::string target;
   std::size_t size = 0;  ///< index in sizes_of
 };
-std::string name(const Subject& subject, const Cell& cell, std::size_t sizes);
+std::string name(const Method& method, const Cell& cell, std::size_t sizes);
 
 /// Whether a method, departure and target are among `percent` of all, the same ones in each run: by a hash of their name.
 bool is_drawn(const std::string& name, double percent);
 
-/// The sound tests of a subject, with their answers, and the verdicts of its cells.
+/// The verdict of a cell.
 struct Row {
   std::string cell;
   std::string unit = {};
@@ -40,14 +31,15 @@ struct Row {
   std::string first_refusal = {};
   bool follows = false;  ///< it holds, since it holds at a greater size
 };
+/// The cells of a method, by its first trial, and what it makes of the sound tests.
 struct Matrix {
   Accusations sound;
   std::vector<Row> rows;
   std::vector<std::string> impossible;  ///< cells whose test cannot be made, with the reason
 };
-Matrix matrix_of(const Subject& subject, double percent, std::size_t seeds);
+Matrix matrix_of(const Method& method, double percent, std::size_t seeds);
 
 /// As lines of tables: what script/departures joins.
-std::string text_of(const std::string& subject, const Matrix& matrix);
+std::string text_of(const Method& method, const Matrix& matrix);
 
 }  // namespace tumble::departures
