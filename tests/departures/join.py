@@ -45,7 +45,7 @@ def matrix(sound, cells, impossible, state, minutes):
     for title, groups in (("By trial", trials), ("By departure", departures)):
         text += f"\n## {title}\n\n" + table((title.split()[1],) + ORDER, [[key] + [groups[key][name] for name in ORDER] for key in sorted(groups)])
     heading = ("cell", "size", "rms [sd]", "parameter", "named", "refused", "said in its place", "first refusal")
-    for handling in ("silent", "refused", "cannot be seen", "named", "held"):
+    for handling in ("silent", "refused", "cannot be seen", "named"):  # what holds is only counted
         rows = [[c[0], c[1], *c[3:]] for c in cells if c[2] == handling]
         text += f"\n## {handling.capitalize()}\n\n" + (table(heading, rows) if rows else "No cell.\n")
     if impossible:
