@@ -201,6 +201,33 @@ RunFacts facts_of(const std::string& title, const Course& course, const std::str
   return facts;
 }
 
+namespace {
+
+/// The schedule of a run that has ended; empty where its folder has no plan.
+Course course_of(const std::string& run, const StoreContent& content) {
+  Course course;
+  try {
+    const Plan plan = load_plan((std::filesystem::path(run) / "plan.toml").string(), {});
+    course.schedule = plan.schedule;
+    course.until = stopping_rules(plan);
+  } catch (const Error&) {  // a rehearsal of a changed plan may have none: its log is shown all the same
+  }
+  for (const auto& [slot, serial] : content.units) course.units.push_back({slot, serial});
+  return course;
+}
+
+std::vector<SegmentProgress> progress_of(const std::vector<RunRow>& rows, std::size_t segments) {
+  std::vector<SegmentProgress> progress(segments);
+  for (const RunRow& row : rows)
+    if (row.kind == RunRow::Kind::segment_begins && row.segment < segments)
+      progress[row.segment].attempts = std::max(progress[row.segment].attempts, row.attempt);
+  for (const auto& [segment, attempt] : counted_attempts(rows))
+    if (segment < segments) progress[segment].status = SegmentProgress::Status::complete;
+  return progress;
+}
+
+}  // namespace
+
 std::string state_of_ended_run(const std::string& run) {
   using desk_lines::Json;
   Json events = Json::array();
@@ -221,21 +248,9 @@ std::string state_of_ended_run(const std::string& run) {
     const auto found = content.facts.find(name);
     return found == content.facts.end() ? std::string() : found->second;
   };
-  Course course;
-  try {
-    const Plan plan = load_plan((std::filesystem::path(run) / "plan.toml").string(), {});
-    course.schedule = plan.schedule;
-    course.until = stopping_rules(plan);
-  } catch (const Error&) {  // a rehearsal of a changed plan may have none: its log is shown all the same
-  }
+  Course course = course_of(run, content);
   course.station.name = fact("station");
-  for (const auto& [slot, serial] : content.units) course.units.push_back({slot, serial});
-  std::vector<SegmentProgress> progress(course.schedule.size());
-  for (const RunRow& row : rows)
-    if (row.kind == RunRow::Kind::segment_begins && row.segment < progress.size())
-      progress[row.segment].attempts = std::max(progress[row.segment].attempts, row.attempt);
-  for (const auto& [segment, attempt] : counted_attempts(rows))
-    if (segment < progress.size()) progress[segment].status = SegmentProgress::Status::complete;
+  const auto progress = progress_of(rows, course.schedule.size());
   Json state{{"alive", false}, {"last", last}, {"ending", ending.empty() ? "interrupted" : ending}};
   desk_lines::put_said(state, "ending_text", reason);
   state["facts"] = desk_lines::json_of(facts_of(fact("title"), course, fact("operator"), fact("rig")));

@@ -91,6 +91,7 @@ void amplify_reference(const Plan& plan, Recordings& recordings, const Happening
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-function-size): a table, one entry after another
 std::vector<Departure> of_channels() {
   return {
       {.name = "channel_sign",

@@ -81,6 +81,7 @@ void offset_one_run(const Plan&, Recordings& recordings, const Happening& what) 
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-function-size): a table, one entry after another
 std::vector<Departure> of_drifts() {
   return {{.name = "warm_up",
            .summary = "an output approaches its value while the instrument becomes warm",

@@ -25,6 +25,7 @@ void hold_first(const Plan&, Recordings& recordings, const Happening& what) {
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-function-size): a table, one entry after another
 std::vector<Departure> of_encoders() {
   return {{.name = "encoder_gain",
            .summary = "an encoder shows larger angles and rates than the axis has",

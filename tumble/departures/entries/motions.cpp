@@ -109,6 +109,7 @@ double covered_position(const Plan& plan, const Recordings&, const std::string&)
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-function-size): a table, one entry after another
 std::vector<Departure> of_motions() {
   return {{.name = "motion_amplitude",
            .summary = "an axis oscillates further than planned",

@@ -74,6 +74,7 @@ std::vector<std::string> with_site(const Plan& plan, const Recordings&) {
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-function-size): a table, one entry after another
 std::vector<Departure> of_rigs() {
   return {{.name = "rig_slow",
            .summary = "moves of the rig take longer than its plan says: lower speeds and accelerations",

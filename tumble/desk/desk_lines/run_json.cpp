@@ -52,6 +52,40 @@ const char* step_of(RunRow::Kind kind) {
   return "";
 }
 
+Json json_of(const RunView::AxisView& axis) {
+  const AxisTexts texts = texts_of(axis);
+  return {{"name", axis.name}, {"demanded", texts.demanded}, {"position", texts.position}, {"rate", texts.rate}};
+}
+
+Json json_of(const RunView::ChannelView& channel) {
+  return {{"slot", channel.slot},
+          {"name", channel.name},
+          {"unit", channel.unit.text()},
+          {"mean", text_of(channel.unit.from_si(channel.mean), 6)},
+          {"sd", text_of(channel.unit.difference_from_si(channel.sd), 3)},
+          {"allan", text_of(channel.unit.difference_from_si(channel.allan), 3)},
+          {"low", drawn(channel.unit.from_si(channel.low))},
+          {"high", drawn(channel.unit.from_si(channel.high))}};
+}
+
+Json json_of(const RunView::EstimateView& estimate) {
+  const double value = estimate.unit.from_si(estimate.value), sd = estimate.unit.difference_from_si(estimate.sd);
+  return {{"slot", estimate.slot},
+          {"name", estimate.name},
+          {"unit", estimate.unit.text()},
+          {"text", with_uncertainty(value, sd)},
+          {"low", drawn(value - sd)},
+          {"high", drawn(value + sd)},
+          {"sd", drawn(sd)}};
+}
+
+template <class View>
+Json list_of(const std::vector<View>& views) {
+  Json list = Json::array();
+  for (const View& view : views) list.push_back(json_of(view));
+  return list;
+}
+
 }  // namespace
 
 void put_said(Json& json, const std::string& member, const Sentence& said) {
@@ -60,31 +94,6 @@ void put_said(Json& json, const std::string& member, const Sentence& said) {
 }
 
 Json json_of(const RunView& view, double speed) {
-  Json axes = Json::array(), channels = Json::array(), estimates = Json::array();
-  for (const auto& axis : view.axes) {
-    const AxisTexts texts = texts_of(axis);
-    axes.push_back(
-        {{"name", axis.name}, {"demanded", texts.demanded}, {"position", texts.position}, {"rate", texts.rate}});
-  }
-  for (const auto& channel : view.channels)
-    channels.push_back({{"slot", channel.slot},
-                        {"name", channel.name},
-                        {"unit", channel.unit.text()},
-                        {"mean", text_of(channel.unit.from_si(channel.mean), 6)},
-                        {"sd", text_of(channel.unit.difference_from_si(channel.sd), 3)},
-                        {"allan", text_of(channel.unit.difference_from_si(channel.allan), 3)},
-                        {"low", drawn(channel.unit.from_si(channel.low))},
-                        {"high", drawn(channel.unit.from_si(channel.high))}});
-  for (const auto& estimate : view.estimates) {
-    const double value = estimate.unit.from_si(estimate.value), sd = estimate.unit.difference_from_si(estimate.sd);
-    estimates.push_back({{"slot", estimate.slot},
-                         {"name", estimate.name},
-                         {"unit", estimate.unit.text()},
-                         {"text", with_uncertainty(value, sd)},
-                         {"low", drawn(value - sd)},
-                         {"high", drawn(value + sd)},
-                         {"sd", drawn(sd)}});
-  }
   Json json{{"time", drawn(view.time)},
             {"time_text", hours_text(view.time)},
             {"phase", name(view.phase)},
@@ -100,9 +109,9 @@ Json json_of(const RunView& view, double speed) {
             {"frames", view.frames},
             {"lost", view.lost},
             {"damaged", view.damaged},
-            {"axes", axes},
-            {"channels", channels},
-            {"estimates", estimates}};
+            {"axes", list_of(view.axes)},
+            {"channels", list_of(view.channels)},
+            {"estimates", list_of(view.estimates)}};
   if (view.prompt) {
     Json prompt{{"id", view.prompt->id}};
     put_said(prompt, "text", view.prompt->text);
