@@ -47,6 +47,7 @@ TEST_P(Departures, AreHeldOrNamed) {
   if (!(share() > 0.0)) GTEST_SKIP() << "TUMBLE_DEPARTURES says how many per cent of the cells are run";
   const Matrix matrix = matrix_of(*GetParam(), share(), seeds);
   write(*GetParam(), matrix);
+  EXPECT_GT(matrix.judged, 0u) << "the result has no parameter of the truth: nothing is judged";
   const std::set<std::string> known = known_silent();
   for (const Row& row : matrix.rows) {
     const bool silent = row.verdict.handling == Handling::silent;

@@ -35,7 +35,7 @@ def matrix(sound, cells, impossible, state, minutes):
     text += f"Commit {state}, {minutes} minutes by the clock. {len(cells)} cells of ten seeds: "
     text += ", ".join(f"{counts[name]} {name}" for name in ORDER) + f"; {len(impossible)} could not be made.\n"
     text += "What the words mean: [docs/departures.md](../../docs/departures.md).\n\n## Sound tests\n\n"
-    text += table(("trial", "tests", "with a warning or error", "refused", "codes"), sound)
+    text += table(("trial", "parameters judged", "tests", "with a warning or error", "refused", "codes"), sound)
     trials = collections.defaultdict(collections.Counter)
     departures = collections.defaultdict(collections.Counter)
     for name, _, handling, *_ in cells:
@@ -63,7 +63,7 @@ def write_silent(cells, path):
 
 def self_test():
     with tempfile.TemporaryDirectory() as folder:
-        pathlib.Path(folder, "a.txt").write_text("sound\ta\t10\t1\t0\tgap\ncell\ta/clock_fast/x10\t1e+03 ppm\tsilent\t5.10\tK\t0\t0\t\t\n"
+        pathlib.Path(folder, "a.txt").write_text("sound\ta\t1 of 1\t10\t1\t0\tgap\ncell\ta/clock_fast/x10\t1e+03 ppm\tsilent\t5.10\tK\t0\t0\t\t\n"
                                                  "cell\ta/kelvin\t0 \theld\t1.00\tK\t0\t0\t\t\nimpossible\ta/order_changed: no\n", encoding="utf-8")
         data = read(folder)
         text = matrix(*data, "abc", "1.0")

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "tumble/checks/check.hpp"
 #include "tumble/math/parallel.hpp"
@@ -94,21 +95,26 @@ bool is_drawn(const std::string& name, double percent) {
 
 namespace {
 
-/// The sizes of a departure that happens to a target, the greatest one first: what holds there holds at smaller ones.
+/// Whether it holds, and nothing is said of it that is not said of sound tests: no sample was left out for it.
+bool passes_unseen(const CellVerdict& verdict) {
+  return verdict.handling == Handling::held && verdict.named == 0 && verdict.other_codes.empty();
+}
+
+/// The sizes of a departure that happens to a target, the greatest one first: what passes unseen there does at smaller ones.
 void judge_sizes(const Method& method, const Sound& sound, const Departure& departure, const std::string& target,
                  Matrix& matrix) {
   const std::vector<double> sizes = sizes_of(departure, sound.tests.front(), target);
-  bool holds = false;
+  bool passes = false;
   for (std::size_t s = sizes.size(); s-- > 0;) {
     const Cell cell{&departure, target, s};
     const std::string called = name(method, cell, sizes.size());
-    if (holds) {
+    if (passes) {
       matrix.rows.push_back({.cell = called, .verdict = {.handling = Handling::held}, .follows = true});
       continue;
     }
     try {
       matrix.rows.push_back(judged(method, sound, cell, called));
-      holds = matrix.rows.back().verdict.handling == Handling::held;
+      passes = passes_unseen(matrix.rows.back().verdict);
     } catch (const std::exception& error) {
       matrix.impossible.push_back(fmt::format("{}: {}", called, error.what()));
     }
@@ -121,6 +127,11 @@ Matrix matrix_of(const Method& method, double percent, std::size_t seeds) {
   Matrix matrix;
   const Sound sound = sound_tests(method, seeds);
   matrix.sound = accusations_in(sound.answers);
+  matrix.parameters = sound.tests.front().truth.size();
+  for (std::size_t j = 0; j < matrix.parameters; ++j)
+    matrix.judged += std::ranges::any_of(sound.answers, [&](const Answer& answer) {
+      return j < answer.deviations.size() && !std::isnan(answer.deviations[j]);
+    });
   for (const Departure& departure : departure_catalogue())
     for (const std::string& target : targets_of(departure, sound.tests.front()))
       if (is_drawn(fmt::format("{}/{}/{}", method.name, departure.name, target), percent))
@@ -134,8 +145,9 @@ std::string text_of(const Method& method, const Matrix& matrix) {
     std::ranges::replace(text, '\t', ' ');
     return text;
   };
-  std::string text = fmt::format("sound\t{}\t{}\t{}\t{}\t{}\n", method.name, matrix.sound.tests, matrix.sound.warned,
-                                 matrix.sound.refused, fmt::join(matrix.sound.codes, " "));
+  std::string text =
+      fmt::format("sound\t{}\t{} of {}\t{}\t{}\t{}\t{}\n", method.name, matrix.judged, matrix.parameters,
+                  matrix.sound.tests, matrix.sound.warned, matrix.sound.refused, fmt::join(matrix.sound.codes, " "));
   for (const Row& row : matrix.rows) {
     if (row.follows)
       text += fmt::format("cell\t{}\t\theld\tas the greater size\t\t\t\t\t\n", row.cell);

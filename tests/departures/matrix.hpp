@@ -34,6 +34,7 @@ struct Row {
 /// The cells of a method, by its first trial, and what it makes of the sound tests.
 struct Matrix {
   Accusations sound;
+  std::size_t parameters = 0, judged = 0;  ///< of the truth, and those of which a sound test gives a value
   std::vector<Row> rows;
   std::vector<std::string> impossible;  ///< cells whose test cannot be made, with the reason
 };

@@ -94,6 +94,22 @@ TEST(DepartureCatalogue, EachChangesATestThatItAppliesTo) {
   EXPECT_GT(applied.size(), 40u);
 }
 
+TEST(DepartureCatalogue, HappensToTheOutputThatThePlanNames) {
+  Plan plan = trial_plan("static_bias", find_method("static_bias").options(), "triad", "rate_table", 2.0);
+  plan.truth.set_word("sensors", "gyros");
+  plan.schedule.push_back({"rest", 60.0, 1, {}});
+  const auto targets = [&] { return targets_of(find_departure("bias_step"), simulated_test(plan, 1)); };
+  EXPECT_EQ(targets(), std::vector<std::string>{"gyro_x"});
+  plan.channels["signal"] = {{"gyro_z", {}}};
+  EXPECT_EQ(targets(), std::vector<std::string>{"gyro_z"});
+}
+
+// Without a measured value the plan's gravity is that of the formula, which a departure of nothing leaves as it is.
+TEST(Departure, GravityWrongBeginsAtThatOfTheSite) {
+  const SimulatedTest test = simulated_test(three_positions(), 1), after = departed(test, "gravity_wrong", 0.0);
+  EXPECT_EQ(channel(after, "accelerometer").values, channel(test, "accelerometer").values);
+}
+
 TEST(Departure, RepeatsWithItsSeedAndLeavesThePlanAlone) {
   const SimulatedTest test = simulated_test(three_positions(), 1);
   const SimulatedTest once = departed(test, "samples_zero"), again = departed(test, "samples_zero");

@@ -13,8 +13,12 @@ namespace {
 
 constexpr double half_width_of_normal = 1.959964;  // of the 95 % interval of a standard normal number
 
-bool names(const Answer& answer, const std::vector<std::string>& told_by) {
-  const auto is_one = [&](const std::string& code) { return std::ranges::find(told_by, code) != told_by.end(); };
+/// Whether a code of `told_by` is said that is not said of the sound test too: what is always said tells nothing.
+bool names(const Answer& answer, const Answer& sound, const std::vector<std::string>& told_by) {
+  const auto is_one = [&](const std::string& code) {
+    return std::ranges::find(told_by, code) != told_by.end() &&
+           std::ranges::find(sound.codes, code) == sound.codes.end();
+  };
   return std::ranges::any_of(answer.codes, is_one) || is_one(answer.refusal_code);
 }
 
@@ -105,10 +109,10 @@ CellVerdict judge_cell(std::span<const Answer> answers, std::span<const Answer> 
                        const std::vector<std::string>& told_by, bool listed) {
   CellVerdict verdict;
   std::size_t parameters = 0;
-  for (const Answer& answer : answers) {
-    parameters = std::max(parameters, answer.deviations.size());
-    verdict.refused += answer.refusal.empty() ? 0 : 1;
-    verdict.named += names(answer, told_by) ? 1 : 0;
+  for (std::size_t i = 0; i < answers.size(); ++i) {
+    parameters = std::max(parameters, answers[i].deviations.size());
+    verdict.refused += answers[i].refusal.empty() ? 0 : 1;
+    verdict.named += names(answers[i], sound[i], told_by) ? 1 : 0;
   }
   for (std::size_t j = 0; j < parameters; ++j)
     if (const double rms = rms_of(answers, j); rms > verdict.worst_rms || std::isnan(rms)) {

@@ -55,7 +55,7 @@ inline constexpr double least_named = 0.9;
 ///
 /// Given     answers  of the tests with the departure
 ///           sound    of the same seeds without it
-///           told_by  codes that name the departure
+///           told_by  codes that name the departure, where they are not said of the sound test of the same seed
 ///           listed   whether the list of unseen departures has it
 CellVerdict judge_cell(std::span<const Answer> answers, std::span<const Answer> sound,
                        const std::vector<std::string>& told_by, bool listed);

@@ -46,6 +46,10 @@ TEST(CellJudgement, ToldInNineOfTen) {
   EXPECT_EQ(judge_cell(answers, ten(1.0), gap, false).handling, Handling::silent);
 }
 
+TEST(CellJudgement, WhatIsSaidOfSoundTestsTellsNothing) {
+  EXPECT_EQ(judge_cell(ten(50.0, {"gap"}), ten(1.0, {"gap"}), gap, false).handling, Handling::silent);
+}
+
 TEST(CellJudgement, AWrongFindingBesideAWrongNumberIsSilent) {
   const CellVerdict verdict = judge_cell(ten(50.0, {"outlier"}), ten(1.0), gap, false);
   EXPECT_EQ(verdict.handling, Handling::silent);

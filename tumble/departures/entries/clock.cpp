@@ -7,10 +7,6 @@
 namespace tumble::entries {
 namespace {
 
-/// What a plain crystal oscillator is off by between its calibrations; what stamps in excess of it the check stated_rate
-/// warns of.
-constexpr double crystal = 100e-6;
-
 double covered_clock(const Plan&, const Recordings&, const std::string&) { return crystal; }
 
 /// The whole recording on a clock that shows `begin + (1 + fast) t`.
@@ -55,12 +51,8 @@ void count_longer(const Plan&, Recordings& recordings, const Happening& what) {
 }
 
 std::vector<std::string> counts(const Plan& plan, const Recordings& recordings) {
-  std::vector<std::string> names;
-  for (const std::string& name : outputs(plan, recordings))
-    for (const Recording& recording : recordings)
-      if (const Channel* channel = find_channel(recording, name);
-          channel != nullptr && channel->kind == QuantityKind::count && (names.empty() || names.back() != name))
-        names.push_back(name);
+  std::vector<std::string> names = outputs(plan, recordings);
+  std::erase_if(names, [&](const std::string& name) { return !is_count(recordings, name); });
   return names;
 }
 

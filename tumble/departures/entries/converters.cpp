@@ -1,41 +1,37 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "tumble/departures/entries/edits.hpp"
 #include "tumble/departures/entries/entries.hpp"
+#include "tumble/math/extremes.hpp"
 
 namespace tumble::entries {
 namespace {
 
-struct Extremes {
-  double lowest = std::numeric_limits<double>::infinity(), highest = -std::numeric_limits<double>::infinity();
-};
-
-Extremes extremes_of(const Recordings& recordings, const std::string& name) {
+Extremes extremes_in(const Recordings& recordings, const std::string& name) {
   Extremes extremes;
   for (const Recording& recording : recordings)
-    if (const Channel* channel = find_channel(recording, name))
-      for (const double value : channel->values)
-        if (!std::isnan(value)) {
-          extremes.lowest = std::min(extremes.lowest, value);
-          extremes.highest = std::max(extremes.highest, value);
-        }
+    if (const Channel* channel = find_channel(recording, name)) extremes.add(extremes_of(channel->values));
   return extremes;
+}
+
+/// The greatest size of a sample [SI]; 0 without samples.
+double largest_in(const Recordings& recordings, const std::string& name) {
+  const Extremes extremes = extremes_in(recordings, name);
+  return extremes.present == 0 ? 0.0 : std::max(std::abs(extremes.lowest), std::abs(extremes.highest));
 }
 
 /// The range ends at 85 % of what the channel reaches, on both sides of its middle.
 void clip_channel(const Plan&, Recordings& recordings, const Happening& what) {
   constexpr double part = 0.85;
-  const auto [lowest, highest] = extremes_of(recordings, what.target);
-  const double middle = 0.5 * (lowest + highest), half = 0.5 * part * (highest - lowest);
+  const Extremes all = extremes_in(recordings, what.target);
+  const double middle = 0.5 * (all.lowest + all.highest), half = 0.5 * part * (all.highest - all.lowest);
   edit_values(recordings, what.target, [&](double value) { return std::clamp(value, middle - half, middle + half); });
 }
 
 /// Counts, of which the largest is beyond the greatest power of two in them: a register of that many bits begins anew.
 void overflow(const Plan&, Recordings& recordings, const Happening& what) {
-  const auto [lowest, highest] = extremes_of(recordings, what.target);
-  const double largest = std::max(std::abs(lowest), std::abs(highest));
+  const double largest = largest_in(recordings, what.target);
   if (!(largest > 1.0)) return;
   const double half = std::exp2(std::floor(std::log2(largest)));
   edit_values(recordings, what.target,
@@ -44,16 +40,10 @@ void overflow(const Plan&, Recordings& recordings, const Happening& what) {
 
 std::vector<std::string> large_counts(const Plan& plan, const Recordings& recordings) {
   constexpr double least = 64.0;  // a register of eight bits and fewer is no counter of a test
-  std::vector<std::string> names;
-  for (const std::string& name : outputs(plan, recordings)) {
-    const auto count = [&](const Recording& recording) {
-      const Channel* channel = find_channel(recording, name);
-      return channel != nullptr && channel->kind == QuantityKind::count;
-    };
-    const auto [lowest, highest] = extremes_of(recordings, name);
-    if (std::ranges::any_of(recordings, count) && std::max(std::abs(lowest), std::abs(highest)) > least)
-      names.push_back(name);
-  }
+  std::vector<std::string> names = outputs(plan, recordings);
+  std::erase_if(names, [&](const std::string& name) {
+    return !is_count(recordings, name) || !(largest_in(recordings, name) > least);
+  });
   return names;
 }
 

@@ -6,6 +6,7 @@
 
 #include "tumble/math/median.hpp"
 #include "tumble/sim/power_up.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::entries {
 namespace {
@@ -42,6 +43,13 @@ bool is_output(const Plan& plan, const Channel& channel) {
   return measures_motion(channel.kind) && !called && channel.name != "reference";
 }
 
+/// Whether the plan names the channel for a role of the method.
+bool is_chosen(const Plan& plan, const std::string& channel) {
+  return std::ranges::any_of(plan.channels, [&](const auto& role) {
+    return std::ranges::find(role.second, channel, &ChannelChoice::channel) != role.second.end();
+  });
+}
+
 std::vector<std::string> references_where(const Plan& plan, const Recordings& recordings,
                                           const std::function<bool(QuantityKind)>& wanted) {
   std::vector<std::string> names;
@@ -68,8 +76,12 @@ std::vector<std::string> all_outputs(const Plan& plan, const Recordings& recordi
 std::vector<std::string> outputs(const Plan& plan, const Recordings& recordings) {
   std::vector<std::string> names;
   std::vector<QuantityKind> kinds;
-  for (const Channel* channel : all_channels(recordings)) {
+  const auto all = all_channels(recordings);
+  const bool chosen = std::ranges::any_of(
+      all, [&](const Channel* channel) { return is_output(plan, *channel) && is_chosen(plan, channel->name); });
+  for (const Channel* channel : all) {
     if (!is_output(plan, *channel) || std::ranges::find(kinds, channel->kind) != kinds.end()) continue;
+    if (chosen && !is_chosen(plan, channel->name)) continue;
     kinds.push_back(channel->kind);
     names.push_back(channel->name);
   }
@@ -91,6 +103,13 @@ std::vector<std::string> thermometers(const Plan& plan, const Recordings& record
 std::vector<std::string> reference_sensors(const Plan& plan, const Recordings& recordings) {
   return references_where(plan, recordings, [](QuantityKind kind) {
     return kind != QuantityKind::angle && kind != QuantityKind::temperature && kind != QuantityKind::time;
+  });
+}
+
+bool is_count(const Recordings& recordings, const std::string& name) {
+  return std::ranges::any_of(recordings, [&](const Recording& recording) {
+    const Channel* channel = find_channel(recording, name);
+    return channel != nullptr && channel->kind == QuantityKind::count;
   });
 }
 
@@ -164,6 +183,14 @@ double sample_interval(const Recordings& recordings, const std::string& name) {
       if (rate > 0.0) return 1.0 / rate;
     }
   return 1.0;
+}
+
+double half_a_sample(const Plan&, const Recordings& recordings, const std::string& name) {
+  return 0.5 * sample_interval(recordings, name);
+}
+
+double covered_index(const Plan& plan, const Recordings&, const std::string&) {
+  return std::max(rig_number(plan, "index_zero_sd", 3.0 * arcsecond), arcsecond);
 }
 
 double noise_of(const Recordings& recordings, const std::string& name) {

@@ -17,7 +17,8 @@ std::vector<std::string> whole_test(const Plan& plan, const Recordings& recordin
 /// Names of the outputs of the instruments. Without a model in the plan: rates, forces and counts, except a channel that
 /// is called a reference.
 std::vector<std::string> all_outputs(const Plan& plan, const Recordings& recordings);
-/// The first output of each kind of quantity: what happens to one of a triad may happen to the others alike.
+/// The first output of each kind of quantity: what happens to one of a triad may happen to the others alike. Where the plan
+/// names channels for the method, the first of those.
 std::vector<std::string> outputs(const Plan& plan, const Recordings& recordings);
 /// Channels that are no output: encoders, thermometers, reference sensors.
 std::vector<std::string> references(const Plan& plan, const Recordings& recordings);
@@ -27,6 +28,8 @@ std::vector<std::string> encoders(const Plan& plan, const Recordings& recordings
 std::vector<std::string> thermometers(const Plan& plan, const Recordings& recordings);
 /// References that are neither: what an output may be compared with.
 std::vector<std::string> reference_sensors(const Plan& plan, const Recordings& recordings);
+/// Whether a channel holds counts.
+bool is_count(const Recordings& recordings, const std::string& name);
 /// The first of the names, if there is one.
 std::vector<std::string> first_of(std::vector<std::string> names);
 
@@ -52,6 +55,15 @@ void remove_samples(Channel& channel, const std::function<bool(std::size_t sampl
 
 /// Mean interval between samples [s] of the channel of that name, of the first channel for "".
 double sample_interval(const Recordings& recordings, const std::string& name);
+
+/// What a plain crystal oscillator is off by [1] between its calibrations; the check stated_rate warns of stamps beyond it.
+inline constexpr double crystal = 100e-6;
+
+/// Half an interval between samples [s]: what is left open where nobody says whether a stamp is the beginning or the middle of
+/// its sample.
+double half_a_sample(const Plan& plan, const Recordings& recordings, const std::string& name);
+/// What a budget covers [rad] of the zero of an axis or of its encoder.
+double covered_index(const Plan& plan, const Recordings& recordings, const std::string& name);
 
 /// Standard deviation of the noise of a channel [SI], from the median change between neighbours; the least change
 /// where most neighbours are alike.

@@ -7,12 +7,6 @@
 namespace tumble::entries {
 namespace {
 
-/// Half a sample: a lag of this size is what is left open where nobody says whether a stamp is the beginning or the middle
-/// of its sample.
-double covered_lag(const Plan&, const Recordings& recordings, const std::string& target) {
-  return 0.5 * sample_interval(recordings, target);
-}
-
 /// Low pass of first order whose lag at low frequencies is `lag` [s] for steps of any length.
 Response low_pass(double lag, double step) {
   return [part = step / (step + lag), value = std::nan("")](std::span<double> samples) mutable {
@@ -32,12 +26,7 @@ void add_filter(const Plan&, Recordings& recordings, const Happening& what) {
 
 std::vector<std::string> outputs_that_are_no_counts(const Plan& plan, const Recordings& recordings) {
   std::vector<std::string> names = outputs(plan, recordings);
-  std::erase_if(names, [&](const std::string& name) {
-    return std::ranges::any_of(recordings, [&](const Recording& recording) {
-      const Channel* channel = find_channel(recording, name);
-      return channel != nullptr && channel->kind == QuantityKind::count;
-    });
-  });
+  std::erase_if(names, [&](const std::string& name) { return is_count(recordings, name); });
   return names;
 }
 
@@ -65,7 +54,7 @@ std::vector<Departure> of_electronics() {
            .told_by = {"loop_lag_estimated", "loop_lag_unknown", "loop_lag_differs", "process_like_filter",
                        "segment_still_changes"},
            .unit = "s",
-           .covered = covered_lag,
+           .covered = half_a_sample,
            .record = add_loop},
           {.name = "filter_unstated",
            .summary = "a low pass of first order that nobody stated is behind an output; its size is its time constant",
@@ -73,7 +62,7 @@ std::vector<Departure> of_electronics() {
            .told_by = {"process_like_filter", "noise_below_terms", "deviation_below_terms", "loop_lag_estimated",
                        "loop_lag_unknown", "segment_still_changes"},
            .unit = "s",
-           .covered = covered_lag,
+           .covered = half_a_sample,
            .record = add_filter},
           {.name = "dead_band",
            .summary = "an output shows zero for small inputs",

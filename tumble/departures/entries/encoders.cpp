@@ -8,11 +8,6 @@
 namespace tumble::entries {
 namespace {
 
-/// What a budget covers of the angle of an encoder: the zero of its index.
-double covered_zero(const Plan& plan, const Recordings&, const std::string&) {
-  return std::max(rig_number(plan, "index_zero_sd", 3.0 * arcsecond), arcsecond);
-}
-
 /// The reading is proportional to the angle; a disc with a whole number of lines cannot be off by more than this in a
 /// turn of 360 deg, by an index of 3 arcsec.
 double covered_gain(const Plan&, const Recordings&, const std::string&) { return 10e-6; }
@@ -51,7 +46,7 @@ std::vector<Departure> of_encoders() {
            .targets = encoders,
            .told_by = {"angle_off_plan", "turn_phase_recorded"},
            .unit = "arcsec",
-           .covered = covered_zero,
+           .covered = covered_index,
            .record =
                [](const Plan&, Recordings& recordings, const Happening& what) {
                  edit_values(recordings, what.target, [&](double angle) { return angle + what.size; });

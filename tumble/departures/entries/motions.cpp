@@ -99,10 +99,7 @@ double covered_amplitude(const Plan& plan, const Recordings&, const std::string&
 double covered_rate(const Plan& plan, const Recordings&, const std::string&) {
   return std::max(rig_number(plan, "rate_error_sd", 1e-6), 1e-6);
 }
-double covered_frequency(const Plan&, const Recordings&, const std::string&) { return 100e-6; }  // a plain crystal
-double covered_index(const Plan& plan, const Recordings&, const std::string&) {
-  return std::max(rig_number(plan, "index_zero_sd", 3.0 * arcsecond), arcsecond);
-}
+double covered_frequency(const Plan&, const Recordings&, const std::string&) { return crystal; }
 double covered_position(const Plan& plan, const Recordings&, const std::string&) {
   return std::max(rig_number(plan, "repeatability_sd", arcsecond), arcsecond);
 }

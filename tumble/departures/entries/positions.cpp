@@ -15,19 +15,20 @@ bool stands_alone(const Segment& segment) {
   });
 }
 
+bool do_the_same(const Segment& first, const Segment& second) {
+  return std::ranges::equal(first.axes, second.axes, [](const auto& a, const auto& b) {
+    return a.first == b.first && a.second.kind == b.second.kind && a.second.value == b.second.value &&
+           a.second.amplitude == b.second.amplitude && a.second.frequency == b.second.frequency;
+  });
+}
+
 /// Pairs of neighbours of one power-up that differ in what they do: the index of the first.
 std::vector<std::size_t> neighbours(const Schedule& schedule) {
-  const auto value = [](const Segment& segment) {
-    double sum = 0.0;
-    for (const auto& [axis, motion] : segment.axes)
-      sum = 3.0 * sum + motion.value + motion.amplitude + motion.frequency;
-    return sum;
-  };
   std::vector<std::size_t> pairs;
   for (std::size_t i = 0; i + 1 < schedule.size(); ++i) {
     const Segment &first = schedule[i], &second = schedule[i + 1];
     if (first.run == second.run && first.label != second.label && stands_alone(first) && stands_alone(second) &&
-        value(first) != value(second))
+        !do_the_same(first, second))
       pairs.push_back(i);
   }
   return pairs;

@@ -7,11 +7,6 @@
 namespace tumble::entries {
 namespace {
 
-/// Half a sample: what is left open where nobody says whether a stamp is the beginning or the middle of its sample.
-double half_a_sample(const Plan&, const Recordings& recordings, const std::string& target) {
-  return 0.5 * sample_interval(recordings, target);
-}
-
 /// A tenth of a sample: coarser stamps show by their scatter.
 double tenth_of_a_sample(const Plan&, const Recordings& recordings, const std::string& target) {
   return 0.1 * sample_interval(recordings, target);
