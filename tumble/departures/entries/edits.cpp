@@ -75,14 +75,12 @@ std::vector<std::string> all_outputs(const Plan& plan, const Recordings& recordi
 
 std::vector<std::string> outputs(const Plan& plan, const Recordings& recordings) {
   std::vector<std::string> names;
-  std::vector<QuantityKind> kinds;
-  const auto all = all_channels(recordings);
-  const bool chosen = std::ranges::any_of(
-      all, [&](const Channel* channel) { return is_output(plan, *channel) && is_chosen(plan, channel->name); });
-  for (const Channel* channel : all) {
-    if (!is_output(plan, *channel) || std::ranges::find(kinds, channel->kind) != kinds.end()) continue;
-    if (chosen && !is_chosen(plan, channel->name)) continue;
-    kinds.push_back(channel->kind);
+  std::vector<std::pair<QuantityKind, bool>> found;
+  for (const Channel* channel : all_channels(recordings)) {
+    if (!is_output(plan, *channel)) continue;
+    const std::pair kind{channel->kind, is_chosen(plan, channel->name)};
+    if (std::ranges::find(found, kind) != found.end()) continue;
+    found.push_back(kind);
     names.push_back(channel->name);
   }
   return names;

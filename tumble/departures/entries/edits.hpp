@@ -17,8 +17,8 @@ std::vector<std::string> whole_test(const Plan& plan, const Recordings& recordin
 /// Names of the outputs of the instruments. Without a model in the plan: rates, forces and counts, except a channel that
 /// is called a reference.
 std::vector<std::string> all_outputs(const Plan& plan, const Recordings& recordings);
-/// The first output of each kind of quantity: what happens to one of a triad may happen to the others alike. Where the plan
-/// names channels for the method, the first of those.
+/// The first output of each kind of quantity: what happens to one of a triad may happen to the others alike. Those that the
+/// plan names for the method, and the others, count as kinds of their own.
 std::vector<std::string> outputs(const Plan& plan, const Recordings& recordings);
 /// Channels that are no output: encoders, thermometers, reference sensors.
 std::vector<std::string> references(const Plan& plan, const Recordings& recordings);
