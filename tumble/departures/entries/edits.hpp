@@ -56,13 +56,13 @@ void remove_samples(Channel& channel, const std::function<bool(std::size_t sampl
 /// Mean interval between samples [s] of the channel of that name, of the first channel for "".
 double sample_interval(const Recordings& recordings, const std::string& name);
 
-/// What a plain crystal oscillator is off by [1] between its calibrations; the check stated_rate warns of stamps beyond it.
+/// A plain crystal oscillator is off by this much [1] between its calibrations; the check stated_rate warns of stamps beyond it.
 inline constexpr double crystal = 100e-6;
 
 /// Half an interval between samples [s]: what is left open where nobody says whether a stamp is the beginning or the middle of
 /// its sample.
 double half_a_sample(const Plan& plan, const Recordings& recordings, const std::string& name);
-/// What a budget covers [rad] of the zero of an axis or of its encoder.
+/// The zero of an axis or of its encoder is known this well [rad] by the budget.
 double covered_index(const Plan& plan, const Recordings& recordings, const std::string& name);
 
 /// Standard deviation of the noise of a channel [SI], from the median change between neighbours; the least change
