@@ -33,7 +33,7 @@ void unlink_unfinished() noexcept;
 /// Locks an open file or folder for its owner. Where the file system has no locks, it stays as it is, and nobody sweeps it.
 void lock_unfinished(int descriptor);
 
-/// Removes what owners that are gone have left in a folder: files and folders of this user whose names begin and end so, that
+/// Removes what programs that were killed have left in a folder: files and folders of this user whose names begin and end so, that
 /// nobody has locked, and that are older than a minute. Once a process for each folder.
 void sweep_unfinished(const std::filesystem::path& folder, std::string_view begin, std::string_view end);
 
