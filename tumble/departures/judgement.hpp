@@ -79,6 +79,8 @@ struct Unseen {
 const std::vector<Unseen>& unseen_departures();
 /// The entry for the departure and the method, or null.
 const Unseen* find_unseen(std::string_view departure, std::string_view method);
+/// Names of those that can happen to the test of the plan: its method has an entry, and something of the test is a target.
+std::vector<std::string> unseen_in(const Plan& plan, const Recordings& recordings);
 
 /// Whether a channel that is no output, a stamp or a mark differs between the two tests.
 bool other_channels_differ(const SimulatedTest& sound, const SimulatedTest& departed);

@@ -31,4 +31,12 @@ const Unseen* find_unseen(std::string_view departure, std::string_view method) {
   return found == all.end() ? nullptr : &*found;
 }
 
+std::vector<std::string> unseen_in(const Plan& plan, const Recordings& recordings) {
+  std::vector<std::string> names;
+  for (const Departure& departure : departure_catalogue())
+    if (find_unseen(departure.name, plan.method) != nullptr && !departure.targets(plan, recordings).empty())
+      names.emplace_back(departure.name);
+  return names;
+}
+
 }  // namespace tumble

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -8,6 +9,7 @@
 #include <string_view>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/departures/judgement.hpp"
 #include "tumble/reduce/table/recorded_turns.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/tasks/long_record.hpp"
@@ -132,6 +134,14 @@ void complete(const Evidence& evidence, const std::vector<Extent>& extents, Esti
   estimate.title = evidence.plan.title.empty() ? default_title(evidence) : evidence.plan.title;
 }
 
+/// Says what no data of the test can show: the budget contains of it only what the plan states.
+void add_unseen(const Evidence& evidence, Estimate& estimate) {
+  const auto names = unseen_in(evidence.plan, evidence.recordings);
+  if (names.empty()) return;
+  estimate.findings.push_back(
+      {Finding::Severity::info, "cannot_be_seen", {{"departures", fmt::format("'{}'", fmt::join(names, "', '"))}}, ""});
+}
+
 /// What the answer and the plan show to be wrong, whatever the data say.
 void add_doubts(const Plan& plan, Estimate& estimate) {
   for (auto& finding : implausible(estimate, plan)) estimate.findings.push_back(std::move(finding));
@@ -145,6 +155,7 @@ Estimate identify(const Streamed& streamed, std::uintmax_t memory, const Progres
   auto estimate = reduce([&] { return find_method(plan.method).stream(streamed.evidence, progress); }, streamed.file);
   add_doubts(plan, estimate);
   evidence.recordings[0] = *streamed.header;
+  add_unseen(evidence, estimate);
   evidence.recordings[0].origin.checksum = streamed.checksum;
   complete(evidence, {*streamed.extent}, estimate);
   const Findings& noticed = evidence.recordings[0].findings;
@@ -164,6 +175,7 @@ Estimate identify_as_planned(const Evidence& evidence, const Findings& said, con
   auto estimate = reduce([&] { return find_method(evidence.plan.method).identify(evidence, progress); }, file);
   estimate.findings.insert(estimate.findings.end(), said.begin(), said.end());
   add_doubts(evidence.plan, estimate);
+  add_unseen(evidence, estimate);
   add_data_findings(evidence, estimate.findings);
   std::vector<Extent> extents(evidence.recordings.size());
   for (std::size_t i = 0; i < extents.size(); ++i) extents[i].add(evidence.recordings[i]);
