@@ -113,9 +113,9 @@ void keep_standard_files() {
 
 int main(int argc, char** argv) {
   tumble::cli::keep_standard_files();
-  std::signal(SIGXFSZ, SIG_IGN);  // a file too large for its limit is a failed write, with a message
-  std::signal(SIGPIPE, SIG_DFL);  // `tumble list | head` ends quietly
-  for (const int end : {SIGINT, SIGTERM, SIGHUP})
+  std::signal(SIGXFSZ, SIG_IGN);                   // a file too large for its limit is a failed write, with a message
+  std::signal(SIGPIPE, tumble::cli::interrupted);  // `tumble list | head` ends quietly
+  for (const int end : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGXCPU})
     if (std::signal(end, tumble::cli::interrupted) == SIG_IGN) std::signal(end, SIG_IGN);  // as under nohup
   tumble::cli::on_fault();
   const int status = tumble::cli::run_and_catch(argc, argv);

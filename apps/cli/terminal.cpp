@@ -15,25 +15,12 @@
 #include "live_output.hpp"
 #include "tumble/language/said.hpp"
 #include "tumble/report/problem_json.hpp"
+#include "tumble/report/utf8.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::cli {
 
 namespace {
-
-/// Text of files, arguments and names may hold bytes that steer a terminal (escape sequences, C1 controls in UTF-8).
-std::string harmless(std::string_view text) {
-  std::string out;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const auto byte = static_cast<unsigned char>(text[i]);
-    const bool c1 = byte == 0xc2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) - 0x80u < 0x20u;
-    if (c1 || byte == 0x7f || (byte < 0x20 && byte != '\n' && byte != '\t'))
-      out += "\uFFFD", i += c1;
-    else
-      out += text[i];
-  }
-  return out;
-}
 
 /// A log that is closed or full does not spoil what was done.
 void put_message(const std::string& text) {
@@ -76,7 +63,7 @@ Language language_of_process(const std::vector<std::string>& words) {
 }
 
 void print(std::string_view raw) {
-  const std::string text = harmless(raw);
+  const std::string text = printable_lines(raw);
   if (is_output_live()) return put_live(STDOUT_FILENO, text);
   const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
   if (!written) throw Error(Error::Kind::bad_file, say("standard output: {}", system_reason(errno)));
@@ -90,7 +77,8 @@ std::string table_said(const Terminal& terminal, std::vector<TextColumn> columns
 }
 
 void note(const Terminal& terminal, const Sentence& message) {
-  if (!terminal.quiet) put_message(fmt::format("tumble: {}\n", harmless(in_language(terminal.language, message))));
+  if (!terminal.quiet)
+    put_message(fmt::format("tumble: {}\n", printable_lines(in_language(terminal.language, message))));
 }
 
 void complain(const Terminal& terminal, const Problems& problems) {
@@ -98,7 +86,7 @@ void complain(const Terminal& terminal, const Problems& problems) {
   const std::string blank = terminal.language == Language::chinese ? "" : " ";  // the full-width colon has its own
   std::string text = (terminal.colour ? "\033[1;31m" + word + "\033[0m" : word) + blank;
   for (std::size_t i = 0; i < problems.size(); ++i)
-    text += (i ? "      " + blank : "") + harmless(in_language(terminal.language, problems[i])) + "\n";
+    text += (i ? "      " + blank : "") + printable_lines(in_language(terminal.language, problems[i])) + "\n";
   put_message(text);
 }
 

@@ -4,9 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <system_error>
 #include <utility>
@@ -37,38 +35,20 @@ fs::path resolved(const fs::path& path) {
 
 /// A new empty file in the folder of `target`, with the permissions of the file it will replace.
 int open_beside(const fs::path& target, std::string& name) {
+  sweep_unfinished(target.parent_path().empty() ? "." : target.parent_path(), ".", ".part");
   for (int attempt = 0; attempt < 1000; ++attempt) {
     const auto leaf =
         "." + target.filename().string() + "." + std::to_string(getpid()) + "." + std::to_string(attempt) + ".part";
     name = (target.parent_path() / leaf).string();
     const int descriptor = open(name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor < 0 && errno == EEXIST) continue;
+    if (descriptor >= 0) lock_unfinished(descriptor);
     struct stat old {};
     if (descriptor >= 0 && stat(target.c_str(), &old) == 0 && fchmod(descriptor, old.st_mode & 0777) != 0) errno = 0;
     return descriptor;
   }
   errno = EEXIST;
   return -1;
-}
-
-/// Names of temporaries, for a signal handler. A file that finds no room, or whose name is too long, is left behind.
-constexpr int slots = 8;
-char unfinished[slots][4096];
-std::atomic<int> state[slots];  ///< 0: free, 1: being written, 2: a name
-
-int remember(const std::string& name) {
-  for (int slot = 0; slot < slots && name.size() < sizeof unfinished[0]; ++slot) {
-    int expected = 0;
-    if (!state[slot].compare_exchange_strong(expected, 1)) continue;
-    std::memcpy(unfinished[slot], name.c_str(), name.size() + 1);
-    state[slot] = 2;
-    return slot;
-  }
-  return -1;
-}
-
-void forget(int slot) {
-  if (slot >= 0) state[slot] = 0;
 }
 
 }  // namespace
@@ -91,7 +71,7 @@ AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(resolved(
     descriptor_ = open_beside(target_, temporary_);
   }
   if (descriptor_ < 0) fail(errno);
-  if (replaces()) slot_ = remember(temporary_);
+  if (replaces()) unfinished_ = Unfinished(temporary_);
 }
 
 AtomicFile::AtomicFile(AtomicFile&& other) noexcept
@@ -99,18 +79,12 @@ AtomicFile::AtomicFile(AtomicFile&& other) noexcept
       target_(std::move(other.target_)),
       temporary_(std::move(other.temporary_)),
       descriptor_(std::exchange(other.descriptor_, -1)),
-      slot_(std::exchange(other.slot_, -1)) {}
+      unfinished_(std::move(other.unfinished_)) {}
 
 AtomicFile::~AtomicFile() {
   if (descriptor_ < 0) return;
   close(descriptor_);
   if (replaces()) unlink(temporary_.c_str());
-  forget(slot_);
-}
-
-void unlink_unfinished() noexcept {
-  for (int slot = 0; slot < slots; ++slot)
-    if (state[slot] == 2) unlink(unfinished[slot]);
 }
 
 void AtomicFile::fail(int code) const {
@@ -130,7 +104,7 @@ void AtomicFile::commit() {
   if (replaces()) {
     if (fsync(descriptor_) != 0) fail(errno);
     if (rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
-    forget(std::exchange(slot_, -1));
+    unfinished_.forget();
   }
   if (close(std::exchange(descriptor_, -1)) != 0) fail(errno);
   if (replaces()) synchronise_folder(fs::path(target_).parent_path().string());

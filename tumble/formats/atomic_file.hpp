@@ -3,6 +3,8 @@
 #include <string>
 #include <string_view>
 
+#include "tumble/formats/unfinished.hpp"
+
 namespace tumble {
 
 /// The name that means standard output.
@@ -34,12 +36,8 @@ class AtomicFile {
   std::string target_;     ///< links resolved
   std::string temporary_;  ///< in the same folder
   int descriptor_ = -1;
-  int slot_ = -1;  ///< where the temporary's name is kept for unlink_unfinished()
+  Unfinished unfinished_;
 };
-
-/// Removes the temporary of every file that has not been committed. For handlers of signals that end the program: it
-/// allocates nothing and takes no lock.
-void unlink_unfinished() noexcept;
 
 /// The whole content at once. Throws Error::bad_file.
 void write_file_atomically(const std::string& path, std::string_view content);

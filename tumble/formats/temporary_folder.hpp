@@ -3,11 +3,13 @@
 #include <filesystem>
 #include <string>
 
+#include "tumble/formats/unfinished.hpp"
 #include "tumble/units/sentence.hpp"
 
 namespace tumble {
 
-/// A folder of its own below the folder for temporary files, which vanishes with the object and with all that is in it.
+/// A folder of its own below the folder for temporary files, which vanishes with the object and with all that is in it. What a
+/// program that was killed has left, the next one removes.
 class TemporaryFolder {
  public:
   /// Given   failing  what a message says where it cannot be made; the reason follows
@@ -21,6 +23,8 @@ class TemporaryFolder {
 
  private:
   std::filesystem::path path_;
+  int descriptor_ = -1;  ///< of the folder, which is locked
+  Unfinished unfinished_;
 };
 
 }  // namespace tumble

@@ -103,7 +103,8 @@ TEST(Printable, ReplacesWhatIsNoText) {
             "a\uFFFD\uFFFDb");                                 // overlong form
   EXPECT_EQ(printable("\xED\xA0\x80"), "\uFFFD\uFFFD\uFFFD");  // surrogate
   EXPECT_EQ(printable("\xE2\x82"), "\uFFFD\uFFFD");            // cut off
-  EXPECT_EQ(printable("a\u202Eb"), "a b");                     // would turn the direction of writing
+  EXPECT_EQ(printable_lines("a\n\tb\u202Ec\033[2J"), "a\n\tb\uFFFDc\uFFFD[2J");
+  EXPECT_EQ(printable("a\u202Eb"), "a b");  // would turn the direction of writing
 }
 
 }  // namespace

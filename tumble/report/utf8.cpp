@@ -32,8 +32,8 @@ Character first_character(std::string_view text) {
 bool is_control(char32_t code) {
   // C0 and C1 controls, line and paragraph separators, the marks that turn the direction of writing, and the codes that
   // are no characters, which XML and YAML refuse.
-  return code < 0x20 || (code >= 0x7F && code < 0xA0) || (code >= 0x2028 && code <= 0x202E) ||
-         (code >= 0x2066 && code <= 0x2069) || (code & 0xFFFE) == 0xFFFE;
+  return code < 0x20 || (code >= 0x7F && code < 0xA0) || code == 0x061C || code == 0x200E || code == 0x200F ||
+         (code >= 0x2028 && code <= 0x202E) || (code >= 0x2066 && code <= 0x2069) || (code & 0xFFFE) == 0xFFFE;
 }
 
 struct Range {
@@ -76,14 +76,18 @@ bool within(const std::array<Range, n>& ranges, char32_t code) {
 
 }  // namespace
 
-std::string printable(std::string_view text) {
+namespace {
+
+/// With `control` for each control character that is not among `kept`.
+std::string printable(std::string_view text, std::string_view kept, std::string_view control) {
   std::string result;
   while (!text.empty()) {
     const auto character = first_character(text);
+    const bool stays = character.bytes == 1 && kept.find(text.front()) != kept.npos;
     if (!character.valid) {
       result += "\uFFFD";
-    } else if (is_control(character.code)) {
-      result += ' ';
+    } else if (is_control(character.code) && !stays) {
+      result += control;
     } else {
       result += text.substr(0, character.bytes);
     }
@@ -91,6 +95,12 @@ std::string printable(std::string_view text) {
   }
   return result;
 }
+
+}  // namespace
+
+std::string printable(std::string_view text) { return printable(text, "", " "); }
+
+std::string printable_lines(std::string_view text) { return printable(text, "\n\t", "\uFFFD"); }
 
 std::vector<std::string> breakable_parts(std::string_view word) {
   std::vector<std::string> parts;

@@ -10,6 +10,9 @@ namespace tumble {
 /// names come from other people's files and go to terminals and pages.
 std::string printable(std::string_view text);
 
+/// A text of several lines for a terminal: line breaks and tabs stay, and U+FFFD is written for every other control character.
+std::string printable_lines(std::string_view text);
+
 /// Columns a terminal gives to printable text: 0 for combining marks, 2 for East Asian wide characters, else 1.
 std::size_t display_width(std::string_view text);
 

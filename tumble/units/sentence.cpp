@@ -1,6 +1,7 @@
 #include "tumble/units/sentence.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
@@ -129,6 +130,34 @@ Problem named_from(const std::string& folder, Problem problem) {
   });
 }
 
+namespace {
+
+constexpr std::size_t most_bytes = 10'000;  ///< [bytes] chosen: no name and no remark is so long
+constexpr std::size_t most_names = 200;     ///< [1] chosen: more than any catalogue has
+
+bool continues(char c) { return (static_cast<unsigned char>(c) & 0xc0) == 0x80; }  // a character of UTF-8
+
+/// Without its middle where it is too long to be read: a name of a file may have megabytes.
+void shorten(std::string& text) {
+  if (text.size() <= most_bytes) return;
+  std::size_t begin = most_bytes / 2, end = text.size() - most_bytes / 2;
+  while (begin > 0 && continues(text[begin])) --begin;
+  while (end < text.size() && continues(text[end])) ++end;
+  text.replace(begin, end - begin, " ... ");
+}
+
+void shorten(SentenceValue& value) {
+  if (value.names.size() > most_names) {
+    value.names.resize(most_names);
+    value.names.emplace_back("...");
+    for (std::string& one : value.names) shorten(one);
+    value.text = fmt::format("{}", fmt::join(value.names, ", "));
+  }
+  if (value.nested.empty()) shorten(value.text);
+}
+
+}  // namespace
+
 Sentence made_sentence(std::string_view pattern, fmt::format_args values, const SayArgument* arguments) {
   Sentence said;
   std::size_t next = 0;
@@ -150,6 +179,7 @@ Sentence made_sentence(std::string_view pattern, fmt::format_args values, const 
     if (argument.problem) value.nested.push_back(sentence_of(*argument.problem));
     if (argument.words) value.nested.emplace_back(argument.words);
     if (argument.list) value.names = argument.names_of(argument.list);
+    shorten(value);
     said.pattern += "{}";
     said.values.push_back(std::move(value));
     i = field.end;

@@ -1,5 +1,6 @@
 #include "tumble/units/sentence.hpp"
 
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
 #include "tumble/units/error.hpp"
@@ -24,6 +25,18 @@ TEST(Sentence, OfWordsOrOfATextHasItsEnglish) {
   EXPECT_EQ(Sentence("{a} b").text(), "{a} b");
   EXPECT_EQ(Sentence(std::string("{a} b")).text(), "{a} b");
   EXPECT_TRUE(Sentence().empty());
+}
+
+TEST(Sentence, IsNotAsLongAsWhatItNames) {
+  std::string key;
+  for (int i = 0; i < 200'000; ++i) key += "\u00e9";
+  const std::string text = say("there is no '{}' here", key).text();
+  EXPECT_LT(text.size(), 11'000u);
+  EXPECT_TRUE(text.starts_with("there is no '\u00e9\u00e9"));
+  EXPECT_TRUE(text.ends_with("\u00e9\u00e9' here"));
+  EXPECT_NE(text.find("\u00e9 ... \u00e9"), std::string::npos);  // whole characters
+  const std::vector<std::string> names(50'000, "a");
+  EXPECT_TRUE(say("without unit: {}", fmt::join(names, ", ")).text().ends_with("a, a, ..."));
 }
 
 TEST(Problem, WithinKeepsWhatIsKnownOfThePlace) {

@@ -30,6 +30,7 @@ TemporaryFile::TemporaryFile(const std::string& name, std::string from)
     : from_(std::move(from)), folder_(failure_of(from_)), path_(folder_.path() / plain_name(name)) {
   file_ = std::fopen(path_.c_str(), "wbe");
   if (file_ == nullptr) refuse(errno);
+  unfinished_ = Unfinished(path_);
 }
 
 TemporaryFile::~TemporaryFile() {

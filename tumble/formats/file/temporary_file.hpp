@@ -34,6 +34,7 @@ class TemporaryFile {
   TemporaryFolder folder_;
   std::filesystem::path path_;
   std::FILE* file_ = nullptr;
+  Unfinished unfinished_;
 };
 
 }  // namespace tumble::file

@@ -7,6 +7,7 @@
 #include "tumble/core/instant.hpp"
 #include "tumble/formats/checksum.hpp"
 #include "tumble/formats/file/annotations.hpp"
+#include "tumble/formats/file/budget.hpp"
 #include "tumble/formats/file/even_clock.hpp"
 #include "tumble/formats/file/input_file.hpp"
 #include "tumble/formats/file/shares.hpp"
@@ -25,7 +26,11 @@ enum class Stamps { kept, by_block, ignored };
 class Source {
  public:
   Source(const std::string& path, const ReadOptions& options, Stamps stamps)
-      : path_(path), options_(options), stamps_(stamps), size_(file::InputFile(path).size()) {
+      : path_(path),
+        options_(options),
+        stamps_(stamps),
+        size_(file::InputFile(path).size()),
+        budget_(size_, file::Budget::deflate_packing) {
     file_ = Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
     if (!file_.valid()) refuse(say("cannot be opened as HDF5: {} (is it truncated or damaged?)", last_reason()));
     if (!options.segment_column.empty())
@@ -109,7 +114,9 @@ class Source {
     const auto& only = options_.only;
     if (!only.empty() && std::find(only.begin(), only.end(), name) == only.end()) return;
     try {
+      budget_.take_text(name.size());
       Numbers numbers = open_numbers(file_, "/channels/" + name, size_);
+      budget_.take_numbers(numbers.count, 1);  // many links to one dataset are as many channels
       Channel channel{name, QuantityKind::other, unit_of(numbers.dataset, name), {}, {}};
       channel.kind = kind_of(channel.unit);
       if (const auto word = text_attribute(numbers.dataset, "quantity")) file::kind_named(*word, channel.kind);
@@ -156,6 +163,7 @@ class Source {
     if (H5Oget_info1(time.dataset, &info) < 0) fail(last_reason());
     for (const auto& known : clocks_)
       if (known.address == info.addr) return known.timeline;
+    budget_.take_numbers(time.count, 1);
     const Unit unit = Unit::parse(text_attribute(time.dataset, "unit").value_or("s"));
     if (kind_of(unit) != QuantityKind::time)
       fail(say("{} is in {}, not a unit of time", Name{path}, Name{unit.text()}));
@@ -195,6 +203,7 @@ class Source {
   const ReadOptions& options_;
   Stamps stamps_;
   std::size_t size_;
+  file::Budget budget_;
   Handle file_;
   std::vector<Numbers> channels_;
   Recording recording_;

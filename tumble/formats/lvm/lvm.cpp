@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <map>
+#include <unordered_map>
 
 #include "tumble/core/instant.hpp"
 #include "tumble/formats/checksum.hpp"
@@ -17,6 +18,7 @@
 #include "tumble/formats/file/input_file.hpp"
 #include "tumble/formats/file/kinds_of_text.hpp"
 #include "tumble/formats/file/text_lines.hpp"
+#include "tumble/formats/file/unique_names.hpp"
 #include "tumble/formats/format.hpp"
 #include "tumble/units/error.hpp"
 
@@ -80,6 +82,8 @@ class Reader {
   std::map<std::string, std::string> file_header_;
   std::map<std::string, std::vector<std::string>> header_;  ///< of the segment, by key
   std::vector<Signal> signals_;
+  std::unordered_map<std::string, std::size_t> numbers_;  ///< of signals, by name
+  file::UniqueNames names_;                               ///< of the segment
   std::vector<SegmentChannel> channels_;
   std::size_t row_ = 0, segments_ = 0, cut_line_ = 0, last_line_ = 0;
   std::string first_start_;
@@ -165,20 +169,17 @@ double Reader::number_said(const std::string& key, std::size_t channel, double o
 
 /// Index in signals_. A name that stands twice in a segment becomes "ax_2".
 std::size_t Reader::signal_named(const std::string& written, const std::string& unit, std::size_t number) {
-  const auto taken = [&](const std::string& name) {
-    return std::ranges::any_of(channels_, [&](const auto& other) { return signals_[other.signal].name == name; });
-  };
-  std::string name = written;
-  for (int k = 2; taken(name); ++k) name = written + "_" + std::to_string(k);
-  const auto known = std::ranges::find(signals_, name, &Signal::name);
-  if (known == signals_.end()) {
+  const std::string name = names_.take(written);
+  const auto [found, is_new] = numbers_.emplace(name, signals_.size());
+  if (is_new) {
     signals_.push_back({name, unit, std::make_shared<file::Series>(spool_), std::make_shared<file::Series>(spool_)});
-    return signals_.size() - 1;
+    return found->second;
   }
-  if (!unit.empty() && !known->unit.empty() && known->unit != unit)
+  const Signal& known = signals_[found->second];
+  if (!unit.empty() && !known.unit.empty() && known.unit != unit)
     problems_.add(number, say("channel '{}' is in '{}' here and in '{}' before", csv::plain_text(name, 40),
-                              csv::plain_text(unit, 20), csv::plain_text(known->unit, 20)));
-  return static_cast<std::size_t>(known - signals_.begin());
+                              csv::plain_text(unit, 20), csv::plain_text(known.unit, 20)));
+  return found->second;
 }
 
 /// A spectrum has frequencies where a time is expected.
@@ -192,6 +193,7 @@ void Reader::check_dimension(std::size_t channel, std::size_t number) {
 void Reader::take_names(std::string_view line, std::size_t number) {
   part_ = Part::rows;
   channels_.clear();
+  names_ = {};
   row_ = 0;
   shift_known_ = false;
   ++segments_;

@@ -2,32 +2,43 @@
 
 #include <algorithm>
 
-#include "tumble/units/error.hpp"
+#include "tumble/formats/file/input_file.hpp"
 
 namespace tumble::mat {
 
 namespace {
 
-constexpr std::size_t always = std::size_t{1} << 27;  ///< values [1 GB] that any file may unpack to
-constexpr std::size_t per_byte = 16;                  ///< values that a byte of the file may unpack to, above that
+constexpr std::size_t most_named = 100;  ///< [1] chosen: more names of variables that are not read help nobody
 
 }  // namespace
-
-Budget::Budget(std::size_t file_size) : left_(std::max(always, per_byte * file_size)) {}
-
-void Budget::take(std::size_t rows, std::size_t columns) {
-  if (columns != 0 && rows > left_ / columns)
-    throw Error(Error::Kind::bad_file, say("it claims {} x {} numbers, more than a file of this size can hold",
-                                           Name{std::to_string(rows)}, Name{std::to_string(columns)}));
-  left_ -= rows * columns;
-}
 
 Array::Array(std::string of, std::size_t count, const std::shared_ptr<file::Spool>& spool) : name(std::move(of)) {
   for (std::size_t k = 0; k < count; ++k) vectors.push_back(std::make_shared<file::Series>(spool));
 }
 
 Contents::Contents(const std::string& path, Keep where)
-    : keep(where), spool(where == Keep::in_spool ? std::make_shared<file::Spool>(path) : nullptr) {}
+    : keep(where),
+      spool(where == Keep::in_spool ? std::make_shared<file::Spool>(path) : nullptr),
+      budget(file::InputFile(path).size()) {}
+
+void Contents::keep_array(Array array) {
+  budget.take_text(array.name.size());
+  arrays.push_back(std::move(array));
+}
+
+void Contents::keep_text(const std::string& variable, std::string text) {
+  budget.take_text(variable.size() + text.size());
+  texts.emplace_back(variable, std::move(text));
+}
+
+void Contents::leave_out(const std::string& variable) {
+  if (skipped.size() == most_named) {
+    ++skipped_too;
+    return;
+  }
+  budget.take_text(variable.size());
+  skipped.push_back(variable);
+}
 
 Filler::Filler(Array& to, std::size_t rows, std::size_t columns, std::size_t room)
     : to_(to), rows_(rows), by_column_(rows >= columns) {

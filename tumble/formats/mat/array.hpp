@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tumble/formats/file/budget.hpp"
 #include "tumble/formats/file/series.hpp"
 
 namespace tumble::mat {
@@ -24,18 +25,26 @@ struct Array {
 /// Where the numbers of a file go.
 enum class Keep { in_memory, in_spool, sizes_only };
 
-/// Contents of a MATLAB file.
+/// Contents of a MATLAB file. What is kept is counted: a member that keeps something throws Error::bad_file, the bare reason,
+/// where no file of this size can hold it.
 struct Contents {
   Contents(const std::string& path, Keep keep);
+
+  void keep_array(Array array);
+  void keep_text(const std::string& variable, std::string text);
+  /// A variable that holds no plain numbers. The first ones keep their names.
+  void leave_out(const std::string& variable);
 
   Keep keep;
   std::shared_ptr<file::Spool> spool;  ///< null: in memory
   std::uintmax_t numbers = 0;          ///< in all arrays [1]
   std::vector<Array> arrays;
   std::vector<std::pair<std::string, std::string>> texts;  ///< by the name of the variable
-  std::vector<std::string> skipped;                        ///< variables that hold no plain numbers
+  std::vector<std::string> skipped;                        ///< variables that hold no plain numbers, the first ones
+  std::size_t skipped_too = 0;                             ///< [1] and so many more
   std::string head;                                        ///< what the file says of itself
   bool cut_off = false;                                    ///< it ends within a variable; what is whole is here
+  file::Budget budget;
 };
 
 /// Fills an array, without values and min(rows, columns) wide, with values that come column by column.
@@ -51,17 +60,6 @@ class Filler {
   std::size_t rows_;
   bool by_column_;  ///< a vector is a column, not a row
   std::size_t next_ = 0;
-};
-
-/// Counts the values that are kept, and refuses what no file of this size holds: a few bytes can unpack to very many.
-class Budget {
- public:
-  explicit Budget(std::size_t file_size);
-  /// Throws Error::bad_file, the bare reason.
-  void take(std::size_t rows, std::size_t columns);
-
- private:
-  std::size_t left_;
 };
 
 /// MATLAB's binary files of version 5 (6, 7) and 4. Throws Error::bad_file.

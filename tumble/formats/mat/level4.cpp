@@ -68,8 +68,8 @@ void take_numbers(file::Window& window, const Head& head, const std::string& nam
     if (head.kind == 1) codes.insert(codes.end(), values.begin(), values.begin() + static_cast<std::ptrdiff_t>(now));
     left -= now;
   }
-  if (head.kind == 0 && !array.vectors.empty()) contents.arrays.push_back(std::move(array));
-  if (head.kind == 1) contents.texts.emplace_back(name, text_of(codes));
+  if (head.kind == 0 && !array.vectors.empty()) contents.keep_array(std::move(array));
+  if (head.kind == 1) contents.keep_text(name, text_of(codes));
 }
 
 }  // namespace
@@ -86,7 +86,6 @@ Contents read_level4(const std::string& path, Keep keep) {
   Contents contents(path, keep);
   contents.head = "MATLAB 4";
   file::Window window(path);
-  Budget budget(window.size());
   while (window.holds(variable_head)) {
     const auto head = head_at(window.data());
     if (!head)
@@ -102,11 +101,11 @@ Contents read_level4(const std::string& path, Keep keep) {
       return contents;
     }
     if (head->kind == 2 || head->complex) {
-      contents.skipped.push_back(name);
+      contents.leave_out(name);
       window.skip(count * size_of(head->type) * parts);
       continue;
     }
-    budget.take(head->rows, head->columns);
+    contents.budget.take_numbers(head->rows, head->columns);
     contents.numbers += count;
     if (keep == Keep::sizes_only) {
       window.skip(count * size_of(head->type));

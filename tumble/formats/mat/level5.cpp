@@ -43,8 +43,7 @@ struct Tag {
 
 class Level5 {
  public:
-  Level5(const std::string& path, Contents& contents)
-      : path_(path), contents_(contents), window_(path), budget_(window_.size()) {}
+  Level5(const std::string& path, Contents& contents) : path_(path), contents_(contents), window_(path) {}
 
   void run() {
     if (!window_.holds(head_size))
@@ -132,7 +131,7 @@ class Level5 {
     const auto kind = static_cast<unsigned char>(word(flags.data()) & 0xff);
     if (kind == opaque) {  // datetime, string, table: its name follows without dimensions
       const std::string own = data(bytes, 4096);
-      return contents_.skipped.push_back(given.empty() ? std::string(own.c_str()) : given);
+      return contents_.leave_out(given.empty() ? std::string(own.c_str()) : given);
     }
     const std::string extent = data(bytes, 1024), own = data(bytes, 4096);
     if (extent.size() < 8) bad("its dimensions are missing");
@@ -152,7 +151,7 @@ class Level5 {
     if (kind == cell) return cells(bytes, name, rows, columns, depth);
     if (kind == text) return characters(bytes, name);
     if (kind >= first_number && kind <= last_number && flat && !complex) return numbers(bytes, name, rows, columns);
-    contents_.skipped.push_back(name);
+    contents_.leave_out(name);
   }
 
   void numbers(Bytes& bytes, const std::string& name, std::size_t rows, std::size_t columns) {
@@ -163,7 +162,7 @@ class Level5 {
     if (rows > tag.size / size / columns || rows * columns * size != tag.size)
       bad(say("{} x {} numbers do not take {} bytes", rows, columns, tag.size));
     if (!tag.is_small && tag.size > bytes.most()) bad("it is cut off: the file ends within it");
-    budget_.take(rows, columns);
+    contents_.budget.take_numbers(rows, columns);
     contents_.numbers += rows * columns;
     if (contents_.keep == Keep::sizes_only) return;  // the caller skips the rest
     Array array(name, std::min(rows, columns), contents_.spool);
@@ -176,7 +175,7 @@ class Level5 {
       fill(bytes, *type, rows * columns, filler);
       bytes.skip(tag.padding);
     }
-    contents_.arrays.push_back(std::move(array));
+    contents_.keep_array(std::move(array));
   }
 
   void fill(Bytes& bytes, Stored type, std::size_t count, Filler& filler) {
@@ -199,7 +198,7 @@ class Level5 {
     const Tag tag = next(bytes);
     const auto type = stored_type(tag.type);
     if (!type || tag.size > longest_text) {
-      contents_.skipped.push_back(name);
+      contents_.leave_out(name);
       if (!tag.is_small) bytes.skip(tag.size + tag.padding);
       return;
     }
@@ -208,13 +207,13 @@ class Level5 {
       std::string plain = raw;
       std::ranges::replace_if(
           plain, [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
-      contents_.texts.emplace_back(name, std::move(plain));
+      contents_.keep_text(name, std::move(plain));
       return;
     }
     const std::size_t size = size_of(*type);
     std::vector<double> codes(raw.size() / size);
     convert(raw.data(), *type, swapped_, codes.size(), codes.data());
-    contents_.texts.emplace_back(name, text_of(codes));
+    contents_.keep_text(name, text_of(codes));
   }
 
   /// Each a matrix of its own, one behind the other.
@@ -233,7 +232,7 @@ class Level5 {
     if (length.size() < 4 || word(length.data()) == 0) bad("the names of its fields are missing");
     const std::size_t each = word(length.data()), count = all.size() / each;
     if (rows > most_elements || columns > most_elements || rows * columns > most_elements)
-      return contents_.skipped.push_back(name);
+      return contents_.leave_out(name);
     for (std::size_t k = 0; k < rows * columns; ++k)
       for (std::size_t i = 0; i < count; ++i) {
         const std::string field(all.substr(i * each, each).c_str());
@@ -243,7 +242,7 @@ class Level5 {
 
   void cells(Bytes& bytes, const std::string& name, std::size_t rows, std::size_t columns, int depth) {
     if (rows > most_elements || columns > most_elements || rows * columns > most_elements)
-      return contents_.skipped.push_back(name);
+      return contents_.leave_out(name);
     for (std::size_t k = 0; k < rows * columns; ++k) member(bytes, name + "." + std::to_string(k + 1), depth);
   }
 
@@ -252,7 +251,6 @@ class Level5 {
   const std::string& path_;
   Contents& contents_;
   file::Window window_;
-  Budget budget_;
   bool swapped_ = false;
   Sentence name_;
   std::vector<char> raw_;

@@ -21,7 +21,7 @@ constexpr hsize_t most_at_once = hsize_t{1} << 19;  ///< numbers of a piece
 class Level73 {
  public:
   Level73(const std::string& path, Contents& contents)
-      : path_(path), contents_(contents), size_(file::InputFile(path).size()), budget_(size_) {
+      : path_(path), contents_(contents), size_(file::InputFile(path).size()) {
     file_ = hdf5::Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
     if (!file_.valid())
       throw Error(Error::Kind::bad_file,
@@ -30,12 +30,12 @@ class Level73 {
   }
 
   void group(const std::string& at, const std::string& prefix, int depth) {
-    if (depth > deepest_group) return contents_.skipped.push_back(prefix);
+    if (depth > deepest_group) return contents_.leave_out(prefix);
     for (const auto& [name, type] : members(at)) {
       if (name.starts_with('#')) continue;
       const std::string inner = (at == "/" ? "" : at) + "/" + name, shown = prefix.empty() ? name : prefix + "." + name;
       if (type == H5O_TYPE_GROUP && is_sparse(inner))
-        contents_.skipped.push_back(shown);
+        contents_.leave_out(shown);
       else if (type == H5O_TYPE_GROUP)
         group(inner, shown, depth + 1);
       else if (type == H5O_TYPE_DATASET)
@@ -72,33 +72,33 @@ class Level73 {
     numbers.dataset = hdf5::Handle(H5Dopen2(file_, at.c_str(), H5P_DEFAULT), H5Dclose);
     if (!numbers.dataset.valid()) hdf5::fail(hdf5::last_reason());
     if (hdf5::number_attribute(numbers.dataset, "MATLAB_empty").value_or(0.0) != 0.0) return;
-    if (H5Aexists(numbers.dataset, "MATLAB_object_decode") > 0) return contents_.skipped.push_back(name);
+    if (H5Aexists(numbers.dataset, "MATLAB_object_decode") > 0) return contents_.leave_out(name);
     const hdf5::Handle type(H5Dget_type(numbers.dataset), H5Tclose);
     numbers.space = hdf5::Handle(H5Dget_space(numbers.dataset), H5Sclose);
     numbers.rank = H5Sget_simple_extent_ndims(numbers.space);
     if (H5Tequal(type, H5T_STD_REF_OBJ) > 0) return elements(numbers, at, name, depth);
     const bool flat = numbers.rank == 1 || numbers.rank == 2;
-    if (!hdf5::is_number(type) || !flat) return contents_.skipped.push_back(name);
+    if (!hdf5::is_number(type) || !flat) return contents_.leave_out(name);
     std::vector<hsize_t> extent(static_cast<std::size_t>(numbers.rank));
     H5Sget_simple_extent_dims(numbers.space, extent.data(), nullptr);
     const hsize_t columns = numbers.rank == 2 ? extent[0] : 1, rows = extent.back();
     if (rows == 0 || columns == 0) return;
     if (!hdf5::plausible(rows, size_) || !hdf5::plausible(rows * columns, size_) || rows > hsize_t{1} << 48)
       hdf5::fail("it claims more numbers than a file of this size can hold");
-    budget_.take(rows, columns);
+    contents_.budget.take_numbers(rows, columns);
     numbers.axis = numbers.rank == 2 && columns > rows ? 0 : numbers.rank - 1;
     numbers.count = extent[static_cast<std::size_t>(numbers.axis)];
     hdf5::look_at_storage(numbers, file_, at, extent, size_);
     const bool characters = hdf5::text_attribute(numbers.dataset, "MATLAB_class").value_or("") == "char";
-    if (characters && rows * columns > longest_characters) return contents_.skipped.push_back(name);
+    if (characters && rows * columns > longest_characters) return contents_.leave_out(name);
     contents_.numbers += rows * columns;
     if (contents_.keep == Keep::sizes_only) return;
     Array array(name, std::min(rows, columns), contents_.spool);
     fill(numbers, array);
     if (characters && array.vectors.size() == 1)
-      contents_.texts.emplace_back(name, text_of(array.vectors.front()->take()));
+      contents_.keep_text(name, text_of(array.vectors.front()->take()));
     else if (!characters)
-      contents_.arrays.push_back(std::move(array));
+      contents_.keep_array(std::move(array));
   } catch (const Error& error) {
     if (error.kind != Error::Kind::bad_file) throw;
     throw Error(Error::Kind::bad_file, say("'{}': {}: {}", path_, Name{name}, reason_of(error)));
@@ -107,8 +107,7 @@ class Level73 {
   /// A cell array or a field of an array of structures: each element is an object elsewhere, named as in version 5.
   void elements(hdf5::Numbers& of, const std::string& at, const std::string& name, int depth) {
     const hssize_t count = H5Sget_simple_extent_npoints(of.space);
-    if (depth > deepest_group || count < 0 || count > most_followed - followed_)
-      return contents_.skipped.push_back(name);
+    if (depth > deepest_group || count < 0 || count > most_followed - followed_) return contents_.leave_out(name);
     followed_ += count;
     std::vector<hsize_t> extent(static_cast<std::size_t>(of.rank));
     H5Sget_simple_extent_dims(of.space, extent.data(), nullptr);
@@ -132,14 +131,14 @@ class Level73 {
     std::string at(longest_path, '\0');
     const bool known = H5Rget_obj_type2(from, H5R_OBJECT, &reference, &type) >= 0;
     const ssize_t length = known ? H5Rget_name(from, H5R_OBJECT, &reference, at.data(), at.size()) : 0;
-    if (length <= 0 || static_cast<std::size_t>(length) >= at.size()) return contents_.skipped.push_back(shown);
+    if (length <= 0 || static_cast<std::size_t>(length) >= at.size()) return contents_.leave_out(shown);
     at.resize(static_cast<std::size_t>(length));
     if (type == H5O_TYPE_GROUP && !is_sparse(at))
       group(at, shown, depth);
     else if (type == H5O_TYPE_DATASET)
       dataset(at, shown, depth);
     else
-      contents_.skipped.push_back(shown);
+      contents_.leave_out(shown);
   }
 
   /// Pieces along the longer side, with all of the shorter.
@@ -166,7 +165,6 @@ class Level73 {
   const std::string& path_;
   Contents& contents_;
   std::size_t size_;
-  Budget budget_;
   hssize_t followed_ = 0;  ///< elements of cells and arrays of structures
   hdf5::Handle file_;
 };

@@ -7,8 +7,11 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "tumble/formats/file/even_clock.hpp"
+#include "tumble/formats/file/unique_names.hpp"
+#include "tumble/formats/mat/times.hpp"
 #include "tumble/formats/topics/choose.hpp"
 #include "tumble/units/error.hpp"
 
@@ -17,45 +20,6 @@ namespace {
 
 constexpr std::size_t longest_note = 200;  ///< [characters] of a text in the meta data
 constexpr std::size_t stamps_at_once = 65536;
-
-std::string lower(std::string text) {
-  std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
-/// "imu" of "imu.gyro"; empty for a variable of its own.
-std::string parent_of(const std::string& name) {
-  const auto dot = name.rfind('.');
-  return dot == name.npos ? "" : name.substr(0, dot);
-}
-
-std::string last_of(const std::string& name) { return name.substr(name.rfind('.') + 1); }
-
-/// The unit of time that the name of a variable implies; nothing where it is no time.
-std::optional<std::string> time_unit(const std::string& name) {
-  std::string word = lower(last_of(name));
-  std::string unit = "s";
-  for (const char* suffix : {"_s", "_ms", "_us", "_ns"})
-    if (word.ends_with(suffix) && word.size() > std::string(suffix).size()) {
-      unit = suffix + 1;
-      word.resize(word.size() - std::string(suffix).size());
-      break;
-    }
-  for (const char* known : {"t", "time", "timestamp", "timestamps", "stamps", "tout"})
-    if (word == known) return unit;
-  return std::nullopt;
-}
-
-/// [Hz] that a number of this name means; nothing for any other name.
-std::optional<double> rate_of(const std::string& name, double value) {
-  const std::string word = lower(last_of(name));
-  if (!(value > 0.0) || !std::isfinite(value)) return std::nullopt;
-  for (const char* known : {"fs", "f_s", "rate", "sample_rate", "samplerate", "sampling_rate", "frequency", "freq"})
-    if (word == known) return value;
-  for (const char* known : {"dt", "ts", "t_s", "sample_time", "sampletime", "sampling_interval"})
-    if (word == known) return 1.0 / value;
-  return std::nullopt;
-}
 
 /// Whether the numbers read as days since the year 0, of the years 1950 to 2100: then they are far too dense for
 /// seconds.
@@ -86,14 +50,14 @@ Clock even_clock(double rate) { return {Timeline{0.0, rate, nullptr}, nullptr, {
 struct Vector {
   std::string name;
   std::string variable;
-  std::size_t array = 0, index = 0;
+  std::size_t chosen = 0, index = 0;  ///< of the array among those chosen, and in it
   std::optional<Unit> unit;
 };
 
 class Maker {
  public:
   Maker(Contents contents, const std::string& path, const ReadOptions& options)
-      : contents_(std::move(contents)), path_(path), options_(options) {}
+      : contents_(std::move(contents)), times_(contents_.arrays), path_(path), options_(options) {}
 
   file::Gathered make() {
     recording_.origin.file = path_;
@@ -111,38 +75,17 @@ class Maker {
     throw Error(Error::Kind::bad_file, say("'{}' {}", path_, what));
   }
 
-  bool is_time(std::size_t i) const {
-    const Array& array = contents_.arrays[i];
-    return array.vectors.size() == 1 && array.length() > 1 && time_unit(array.name);
-  }
-
-  /// The time of an array among what stands in `at`, its structure or one around it.
-  std::optional<std::size_t> time_in(const std::string& at, std::size_t i) const {
-    for (std::size_t k = 0; k < contents_.arrays.size(); ++k)
-      if (is_time(k) && k != i && parent_of(contents_.arrays[k].name) == at &&
-          contents_.arrays[k].length() == contents_.arrays[i].length())
-        return k;
-    return std::nullopt;
-  }
-
   bool has_time(std::size_t i) const {
     for (std::string at = parent_of(contents_.arrays[i].name);; at = parent_of(at)) {
-      if (time_in(at, i)) return true;
+      if (times_.time_in(at, i)) return true;
       if (at.empty()) return false;
     }
-  }
-
-  std::optional<double> rate_in(const std::string& at) const {
-    for (const Array& other : contents_.arrays)
-      if (other.length() == 1 && other.vectors.size() == 1 && parent_of(other.name) == at)
-        if (const auto rate = rate_of(other.name, other.vectors[0]->at(0))) return rate;
-    return std::nullopt;
   }
 
   std::optional<double> rate_for(const Array& array) const {
     if (options_.rate) return options_.rate;
     for (std::string at = parent_of(array.name);; at = parent_of(at)) {
-      if (const auto rate = rate_in(at)) return rate;
+      if (const auto rate = times_.rate_in(at)) return rate;
       if (at.empty()) return std::nullopt;
     }
   }
@@ -154,7 +97,7 @@ class Maker {
     std::size_t longest = 0;
     for (std::size_t i = 0; i < contents_.arrays.size(); ++i) {
       const Array& array = contents_.arrays[i];
-      if (array.length() < 2 || is_time(i)) continue;
+      if (array.length() < 2 || times_.is_time(i)) continue;
       candidates.push_back(i);
       names.push_back(array.name);
       longest = std::max(longest, array.length());
@@ -188,10 +131,17 @@ class Maker {
     return topics::asked_for(names, wanted, path_);
   }
 
+  /// With dots where there are more than are named.
+  std::vector<std::string> not_read() const {
+    auto names = contents_.skipped;
+    if (contents_.skipped_too > 0) names.emplace_back("...");
+    return names;
+  }
+
   Sentence skipped() const {
     if (contents_.skipped.empty()) return {};
     return say("; not read are {} (complex, sparse, a table, an object, or more than two dimensions)",
-               fmt::join(contents_.skipped, ", "));
+               fmt::join(not_read(), ", "));
   }
 
   /// The nearest: beside the array, else in the structures around it; there a time before a rate.
@@ -199,14 +149,14 @@ class Maker {
     const Array& array = contents_.arrays[i];
     if (!options_.columns.empty()) return column_clock(array);
     for (std::string at = parent_of(array.name);; at = parent_of(at)) {
-      if (const auto time = time_in(at, i)) {
+      if (const auto time = times_.time_in(at, i)) {
         const Array& stamps = contents_.arrays[*time];
         const auto given = options_.units.find(stamps.name);
         const Unit unit = given == options_.units.end() ? Unit::parse(*time_unit(stamps.name)) : given->second;
         return times_of(stamps.name, stamps.vectors.front(), unit);
       }
       if (!options_.rate)
-        if (const auto rate = rate_in(at)) return even_clock(*rate);
+        if (const auto rate = times_.rate_in(at)) return even_clock(*rate);
       if (at.empty()) break;
     }
     return options_.rate ? std::optional(even_clock(*options_.rate)) : std::nullopt;
@@ -261,15 +211,15 @@ class Maker {
 
   void name_vectors() {
     if (!options_.columns.empty()) return name_columns();
-    for (const std::size_t i : chosen_) {
-      const Array& array = contents_.arrays[i];
+    file::UniqueNames names;  // the file may have two
+    for (std::size_t i = 0; i < chosen_.size(); ++i) {
+      const Array& array = contents_.arrays[chosen_[i]];
       const std::size_t count = array.vectors.size();
       for (std::size_t k = 0; k < count; ++k) {
         std::string name = array.name;
         if (count == 3) name += std::string(".") + "xyz"[k];
         if (count > 1 && count != 3) name += "." + std::to_string(k + 1);
-        while (std::ranges::find(vectors_, name, &Vector::name) != vectors_.end()) name += "_";  // the file has two
-        vectors_.push_back({name, array.name, i, k, std::nullopt});
+        vectors_.push_back({names.take(name), array.name, i, k, std::nullopt});
       }
     }
   }
@@ -283,7 +233,7 @@ class Maker {
                  options_.columns.size()));
     for (std::size_t k = 0; k < array.vectors.size(); ++k) {
       const auto [name, unit] = name_and_unit_of(options_.columns[k]);
-      if (name != "-" && !time_unit(name)) vectors_.push_back({name, array.name, chosen_.front(), k, unit});
+      if (name != "-" && !time_unit(name)) vectors_.push_back({name, array.name, 0, k, unit});
     }
   }
 
@@ -303,12 +253,12 @@ class Maker {
     std::erase_if(vectors_, [&](const Vector& vector) { return !wanted(vector.name); });
     if (vectors_.empty()) refuse("has no channel of that name to read");
     std::vector<std::string> without_unit, without_time;
+    std::set<std::string> told;
     Problems problems;
     for (Vector& vector : vectors_) {
       vector.unit = unit_of(vector);
       if (!vector.unit) without_unit.push_back(vector.name);
-      if (!clocks_[position_of(vector.array)] && std::ranges::find(without_time, vector.variable) == without_time.end())
-        without_time.push_back(vector.variable);
+      if (!clocks_[vector.chosen] && told.insert(vector.variable).second) without_time.push_back(vector.variable);
     }
     if (!without_unit.empty())
       problems.push_back(
@@ -326,15 +276,11 @@ class Maker {
     if (!problems.empty()) throw Error(Error::Kind::bad_file, problems);
   }
 
-  std::size_t position_of(std::size_t array) const {
-    return static_cast<std::size_t>(std::ranges::find(chosen_, array) - chosen_.begin());
-  }
-
   void finish() {
     std::size_t infinite = 0;
     for (Vector& vector : vectors_) {
-      const Clock& clock = *clocks_[position_of(vector.array)];
-      const auto& values = contents_.arrays[vector.array].vectors[vector.index];
+      const Clock& clock = *clocks_[vector.chosen];
+      const auto& values = contents_.arrays[chosen_[vector.chosen]].vectors[vector.index];
       infinite += values->infinite();
       recording_.channels.push_back(
           {vector.name, kind_of(*vector.unit), *vector.unit, clock.even.value_or(Timeline{}), {}});
@@ -347,7 +293,7 @@ class Maker {
     if (!contents_.skipped.empty())
       recording_.findings.push_back({Finding::Severity::info,
                                      "variables_not_read",
-                                     {{"variables", fmt::format("{}", fmt::join(contents_.skipped, ", "))}}});
+                                     {{"variables", fmt::format("{}", fmt::join(not_read(), ", "))}}});
   }
 
   void take_meta() {
@@ -361,6 +307,7 @@ class Maker {
   }
 
   Contents contents_;
+  Times times_;
   const std::string& path_;
   const ReadOptions& options_;
   Recording recording_;

@@ -18,7 +18,7 @@ namespace tumble::rosbag2 {
 namespace {
 
 constexpr std::string_view magic("SQLite format 3\0", 16);
-constexpr std::int64_t rows_at_once = 16384;
+constexpr std::uint64_t rows_at_once = 16384;
 
 bool is_database(const std::string& path) { return file::begins_with(path, magic); }
 
@@ -70,9 +70,9 @@ void find_pieces(const Database& database, ros::Log& log) {
     log.pieces.push_back({static_cast<std::uint64_t>(first), numbers, ~std::uint64_t{0}, {}, true, false});
     return;
   }
-  for (std::int64_t begin = first; begin <= last; begin += rows_at_once) {
-    const auto size = static_cast<std::uint64_t>(std::min(rows_at_once, last - begin + 1));
-    log.pieces.push_back({static_cast<std::uint64_t>(begin), size, size, {}, true, false});
+  for (std::uint64_t done = 0; done < numbers; done += rows_at_once) {  // the last number may be the greatest of all
+    const std::uint64_t size = std::min(rows_at_once, numbers - done);
+    log.pieces.push_back({static_cast<std::uint64_t>(first) + done, size, size, {}, true, false});
   }
 }
 

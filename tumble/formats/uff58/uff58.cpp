@@ -15,6 +15,7 @@
 #include "tumble/formats/file/input_file.hpp"
 #include "tumble/formats/file/kinds_of_text.hpp"
 #include "tumble/formats/file/text_lines.hpp"
+#include "tumble/formats/file/unique_names.hpp"
 #include "tumble/formats/format.hpp"
 #include "tumble/formats/uff58/dataset.hpp"
 #include "tumble/units/error.hpp"
@@ -68,7 +69,7 @@ class Reader {
   Dataset dataset_;
   Units units_;
   std::size_t line_of_164_ = 0;
-  std::set<std::string> names_;
+  file::UniqueNames names_;
   std::set<long> other_datasets_;
   std::size_t other_functions_ = 0, read_ = 0;
   Problems problems_;
@@ -222,9 +223,7 @@ std::string Reader::name_of() {
     name = "node" + std::to_string(whole_number(field(function, 41, 10), 0));
     if (axis > 0) name += "." + std::string(direction < 0 ? "-" : "") + std::string(directions[axis]);
   }
-  std::string unique = name;
-  for (int i = 2; !names_.insert(unique).second; ++i) unique = name + "_" + std::to_string(i);
-  return unique;
+  return names_.take(name);
 }
 
 std::string Reader::unit_of_type(long type) const {

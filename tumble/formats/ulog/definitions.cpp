@@ -63,6 +63,7 @@ struct Walk {
   void take(const Field& field, const std::string& name, std::size_t offset, std::size_t size, int depth) const {
     if (is_padding(field) || field.type == "char") return;
     const auto number = number_of(field.type);
+    if (!number && size == 0) return;  // nothing is in it, however often
     const bool apart = field.length > 1 && (!number || field.length <= spread_out);
     if (number && !apart && places.size() < most_places) places.push_back({name, offset, *number, field.length});
     for (std::size_t k = 0; k < field.length && places.size() < most_places; ++k) {
