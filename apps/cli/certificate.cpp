@@ -9,13 +9,14 @@
 #include "tumble/formats/temporary_folder.hpp"
 #include "tumble/language/text.hpp"
 #include "tumble/units/error.hpp"
+#include "unit_option.hpp"
 #include "verbs.hpp"
 
 namespace tumble::cli {
 namespace {
 
 struct CertificateArguments {
-  std::string result, lab, rule, format, language, accepted, output;
+  std::string result, lab, rule, format, language, accepted, unit, output;
   std::vector<std::string> sets;
   ArchiveOptions archive;
 };
@@ -24,6 +25,7 @@ struct CertificateArguments {
 CertificateDetails details_of(const CertificateArguments& arguments) {
   auto sets = parse_sets(arguments.sets);
   if (!arguments.rule.empty()) sets.emplace_back("certificate.rule", arguments.rule);
+  if (!arguments.unit.empty()) sets.emplace_back("item.serial", serial_of_unit(arguments.unit));
   if (!arguments.language.empty()) sets.emplace_back("certificate.language", arguments.language);
   CertificateDetails details = load_lab(arguments.lab, sets);
   for (auto& one : details.equipment)
@@ -102,6 +104,10 @@ Verb certificate_verb() {
        {"--language", &arguments->language, "of the certificate", false, "", {"en", "zh"}},
        {"--accept-out-of-date", &arguments->accepted,
         "why equipment was used whose calibration ended before the test did; printed", false, "REASON"},
+       {"--unit", &arguments->unit,
+        "serial number of the unit, as SERIAL or SLOT=SERIAL;\nanother one than that of the recording or result is an "
+        "error",
+        false, "UNIT"},
        archive_argument(arguments->archive),
        by_argument(arguments->archive),
        sets_argument(arguments->sets,

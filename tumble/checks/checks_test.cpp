@@ -234,6 +234,8 @@ TEST(Checks, Units) {
   EXPECT_EQ(finding_of("units", recording({channel("temperature.case", "K", {25.0, 26.0})})).code, "implausibly_cold");
   EXPECT_TRUE(is_finding(finding_of("units", recording({channel("temperature", "degC", {25.0, -300.0})})),
                          "below_absolute_zero", {{"lowest", 273.15 - 300.0}}, "temperature"));
+  EXPECT_EQ(finding_of("units", recording({channel("temperature", "degC", {243.1, 333.2})})).code, "probably_kelvin");
+  EXPECT_TRUE(findings_of("units", recording({channel("temperature", "degC", {-55.0, 175.0})})).empty());
 }
 
 TEST(Checks, GravityOfOneMetrePerSecondSquaredIsG) {

@@ -12,6 +12,9 @@ namespace {
 /// [K] below which a temperature in kelvin was meant in degC. Chosen: instruments are tested from -55 degC (218 K) to
 /// about 120 degC. Doubled, tests in the cold would be accused.
 constexpr double coldest = 120.0;
+/// [K] between which all values lie of a temperature in degC that was meant in kelvin: -73 degC to 150 degC, shifted by 273.15 K.
+/// Chosen: sensors are tested at 200 degC at most, and a test whose coldest sample is hotter would be accused.
+constexpr double coldest_of_kelvin = 473.15, hottest_of_kelvin = 696.3;
 
 bool raw_output(const Unit& unit) {
   static const Dimension raw[] = {Unit::parse("count").dimension(), Unit::parse("V").dimension(),
@@ -61,8 +64,14 @@ void look_at_unit(const Channel& channel, std::string_view name, Findings& findi
 
 void look_at_temperature(const Channel& channel, Findings& findings) {
   if (channel.kind != QuantityKind::temperature) return;
-  const double lowest = extremes_of(channel.values).lowest;
-  if (channel.unit.offset() != 0.0 && lowest < 0.0)
+  const auto [lowest, highest, present, at_lowest, at_highest] = extremes_of(channel.values);
+  if (present == 0) return;
+  if (channel.unit.offset() != 0.0 && lowest > coldest_of_kelvin && highest < hottest_of_kelvin)
+    findings.push_back({Finding::Severity::warning,
+                        "probably_kelvin",
+                        {{"lowest", lowest, channel.unit}, {"unit", channel.unit.text()}},
+                        channel.name});
+  else if (channel.unit.offset() != 0.0 && lowest < 0.0)
     findings.push_back(
         {Finding::Severity::warning, "below_absolute_zero", {{"lowest", lowest, channel.unit}}, channel.name});
   else if (channel.unit.offset() == 0.0 && lowest < coldest && promise_of(channel.name) != nullptr)

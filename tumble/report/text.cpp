@@ -33,6 +33,7 @@ std::string heading(const Estimate& estimate, const Words& words) {
   const auto add = [&](const std::string& part) { below += (below.empty() ? "" : " · ") + part; };
   if (!estimate.instrument_model.empty()) add(words.with("instrument_is", printable(estimate.instrument_model)));
   if (!estimate.instrument_serial.empty()) add(words.with("serial_is", printable(estimate.instrument_serial)));
+  if (const auto& seed = estimate.provenance.seed) add(words.with("specimen_of_seed", std::to_string(*seed)));
   return below.empty() ? text : text + below + "\n";
 }
 

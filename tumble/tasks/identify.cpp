@@ -9,9 +9,11 @@
 #include <string_view>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/core/unit_facts.hpp"
 #include "tumble/departures/judgement.hpp"
 #include "tumble/reduce/table/recorded_turns.hpp"
 #include "tumble/report/report.hpp"
+#include "tumble/tasks/identity.hpp"
 #include "tumble/tasks/long_record.hpp"
 #include "tumble/tasks/noticed.hpp"
 #include "tumble/tasks/plausible.hpp"
@@ -89,7 +91,6 @@ std::string default_title(const Evidence& evidence) {
 void describe(const Plan& plan, Estimate& estimate) {
   estimate.method = plan.method;
   estimate.instrument_model = plan.instrument_model;
-  estimate.instrument_serial = plan.instrument_serial;
   estimate.provenance = provenance_of(plan);
 }
 
@@ -100,7 +101,7 @@ void add_origin(const Evidence& evidence, Provenance& provenance) {
     for (const auto& role : find_method(evidence.plan.method).roles())
       if (const auto* channel = channel_for(evidence, recording, role.name))
         provenance.settings["channels." + role.name] = channel->name;
-    if (const auto seed = recording.meta.find("seed"); seed != recording.meta.end())
+    if (const auto seed = recording.meta.find(std::string(seed_fact)); seed != recording.meta.end())
       if (const auto value = as_number<unsigned long long>(seed->second)) provenance.seed = *value;
   }
 }
@@ -127,8 +128,11 @@ void add_times(const Evidence& evidence, const std::vector<Extent>& extents, Est
     estimate.tables.push_back(table_of(times));
 }
 
-void complete(const Evidence& evidence, const std::vector<Extent>& extents, Estimate& estimate) {
+void complete(const Evidence& evidence, const UnitIdentity& unit, const std::vector<Extent>& extents,
+              Estimate& estimate) {
   describe(evidence.plan, estimate);
+  estimate.instrument_serial = unit.serial;
+  estimate.findings.insert(estimate.findings.end(), unit.findings.begin(), unit.findings.end());
   add_origin(evidence, estimate.provenance);
   add_times(evidence, extents, estimate);
   estimate.title = evidence.plan.title.empty() ? default_title(evidence) : evidence.plan.title;
@@ -157,7 +161,7 @@ Estimate identify(const Streamed& streamed, std::uintmax_t memory, const Progres
   evidence.recordings[0] = *streamed.header;
   add_unseen(evidence, estimate);
   evidence.recordings[0].origin.checksum = streamed.checksum;
-  complete(evidence, {*streamed.extent}, estimate);
+  complete(evidence, unit_of(evidence), {*streamed.extent}, estimate);
   const Findings& noticed = evidence.recordings[0].findings;
   estimate.findings.insert(estimate.findings.end(), noticed.begin(), noticed.end());
   estimate.findings.push_back(
@@ -171,6 +175,7 @@ Estimate identify(const Streamed& streamed, std::uintmax_t memory, const Progres
 
 /// With plans that say how the rigs moved, and what is to be said of that.
 Estimate identify_as_planned(const Evidence& evidence, const Findings& said, const Progress& progress) {
+  const UnitIdentity unit = unit_of(evidence);  // first: a contradiction costs no reduction
   const std::string file = evidence.recordings.size() == 1 ? evidence.recordings[0].origin.file : "";
   auto estimate = reduce([&] { return find_method(evidence.plan.method).identify(evidence, progress); }, file);
   estimate.findings.insert(estimate.findings.end(), said.begin(), said.end());
@@ -179,7 +184,7 @@ Estimate identify_as_planned(const Evidence& evidence, const Findings& said, con
   add_data_findings(evidence, estimate.findings);
   std::vector<Extent> extents(evidence.recordings.size());
   for (std::size_t i = 0; i < extents.size(); ++i) extents[i].add(evidence.recordings[i]);
-  complete(evidence, extents, estimate);
+  complete(evidence, unit, extents, estimate);
   add_prior(evidence.plan, estimate);
   settle_findings(estimate);
   estimate.verdicts = judge(evidence.plan.limits, estimate);

@@ -62,7 +62,10 @@ std::vector<Option> options() {
   return options;
 }
 
-void add(const Findings& findings, Estimate& estimate) {
+/// Each part is reduced without the segments of the others, which are recorded all the same: whether one is missing is said of
+/// the recordings, by the checks.
+void add(Findings findings, Estimate& estimate) {
+  std::erase_if(findings, [](const Finding& finding) { return finding.code == "not_recorded"; });
   estimate.findings.insert(estimate.findings.end(), findings.begin(), findings.end());
 }
 

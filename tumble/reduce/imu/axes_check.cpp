@@ -14,6 +14,8 @@ namespace {
 /// axis.
 constexpr double even_range = 0.1, reached_range = 0.5;
 constexpr double looks_like_unit = 0.15;  ///< [1] within which a size is that of a mistaken unit
+/// [1] Logarithm within which two channels are of one size: chosen, far from any ratio of units.
+constexpr double others_agree = 0.35;
 
 constexpr std::array<std::array<std::size_t, 3>, 6> permutations{
     {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
@@ -200,7 +202,7 @@ struct MistakenUnit {
   const char *of, *read_as;
 };
 
-Findings about_units(Kind kind, const AxesSeen& axes) {
+std::span<const MistakenUnit> mistaken_units(Kind kind) {
   constexpr double g = standard_gravity;
   static constexpr MistakenUnit rates[] = {{degrees_per_radian, "deg/s", "rad/s"},
                                            {1.0 / degrees_per_radian, "rad/s", "deg/s"},
@@ -210,13 +212,32 @@ Findings about_units(Kind kind, const AxesSeen& axes) {
                                            {1e-3, "rad/s, deg/s", "mrad/s, mdeg/s"}};
   static constexpr MistakenUnit forces[] = {
       {g, "m/s^2", "g"}, {1.0 / g, "g", "m/s^2"}, {1e3, "mg", "g"}, {1e-3, "g", "mg"}};
+  return kind == Kind::gyro ? std::span<const MistakenUnit>(rates) : std::span<const MistakenUnit>(forces);
+}
+
+/// One channel that is larger or smaller than the two others by the ratio of two units, while they agree.
+Findings about_one_unit(Kind kind, const AxesSeen& axes, const std::array<std::string, 3>& names) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto [j, k] = other_axes(i);
+    const double one = std::abs(axes.ratio[i]), others = std::sqrt(std::abs(axes.ratio[j] * axes.ratio[k]));
+    if (!(std::abs(std::log(std::abs(axes.ratio[j] / axes.ratio[k]))) < others_agree)) continue;
+    for (const auto& unit : mistaken_units(kind))
+      if (std::abs(one / others / unit.ratio - 1.0) < looks_like_unit)
+        return {{error,
+                 "channel_unit_mistaken",
+                 {{"channel", names[i]}, {"ratio", one / others}, {"unit", unit.of}, {"read_as", unit.read_as}}}};
+  }
+  return {};
+}
+
+Findings about_units(Kind kind, const AxesSeen& axes) {
   std::vector<double> sizes;
   for (const double ratio : axes.ratio)
     if (!std::isnan(ratio)) sizes.push_back(std::abs(ratio));
   if (sizes.empty()) return {};
   const double size = median(sizes);
   const bool gyro = kind == Kind::gyro;
-  for (const auto& unit : gyro ? std::span<const MistakenUnit>(rates) : std::span<const MistakenUnit>(forces))
+  for (const auto& unit : mistaken_units(kind))
     if (std::abs(size / unit.ratio - 1.0) < looks_like_unit)
       return {{error,
                "unit_mistaken",
@@ -233,6 +254,7 @@ Findings about_units(Kind kind, const AxesSeen& axes) {
 Findings about_axes(Kind kind, const AxesSeen& axes, const std::array<std::string, 3>& channels) {
   Findings findings = about_directions(kind, axes, names_of(kind, channels));
   std::ranges::move(about_units(kind, axes), std::back_inserter(findings));
+  std::ranges::move(about_one_unit(kind, axes, names_of(kind, channels)), std::back_inserter(findings));
   return findings;
 }
 
