@@ -108,9 +108,9 @@ def simulate(
 ) -> Recording:
     """The test of a plan, simulated with rig and instrument.
 
-    Given     plan      a Plan or its path, with [rig], [[schedule]] and [truth]
-              seed      of the random numbers, 0 or more; the same seed gives the same samples
-              settings  values that replace those of the plan: "truth.KEY", "rig.KEY"
+    Given     plan        a Plan or its path, with [rig], [[schedule]] and [truth]
+              seed        of the random numbers, 0 or more; the same seed gives the same samples
+              settings    values that replace those of the plan: "truth.KEY", "rig.KEY"
               departures  in which the test departs from its plan: "clock_fast=300 ppm", "order_changed"
     Raises    UsageError with all that the plan lacks, and for a departure that divides the recording
     Example   tumble.simulate("plans/fog_thermal_bias.toml", seed=7).save("test.h5")

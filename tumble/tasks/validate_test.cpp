@@ -7,6 +7,7 @@
 
 #include "tumble/departures/remedies.hpp"
 #include "tumble/language/said.hpp"
+#include "tumble/report/in_language.hpp"
 #include "tumble/tasks/departed.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/tasks/validation/coverage.hpp"
@@ -111,6 +112,18 @@ TEST(Validate, ReportHasWhatCouldGoWrongAndWhatWouldShowIt) {
   EXPECT_FALSE(table_of(report, "coverage").rows.empty());
   EXPECT_TRUE(std::ranges::any_of(report.findings, [](const Finding& f) { return f.code == "departures_unnoticed"; }));
   EXPECT_TRUE(report.provenance.seed) << "a simulated result";
+}
+
+TEST(Validate, ReportIsChineseExceptForNames) {
+  const Estimate report = report_of(validated_gain());
+  const Estimate chinese = in_language(Language::chinese, report);
+  for (std::size_t t = 0; t < report.tables.size(); ++t) {
+    EXPECT_NE(chinese.tables[t].caption, report.tables[t].caption);
+    EXPECT_TRUE(result_words_in(Language::chinese, report.tables[t].name)) << report.tables[t].name;
+    for (std::size_t c = 0; c < report.tables[t].columns.size(); ++c)
+      EXPECT_NE(chinese.tables[t].columns[c].name, report.tables[t].columns[c].name);
+  }
+  EXPECT_EQ(table_of(chinese, "unnoticed").rows[0][0], table_of(report, "unnoticed").rows[0][0]) << "a name stays";
 }
 
 TEST(Validate, ShareOfTestsHasTheIntervalOfWilson) {

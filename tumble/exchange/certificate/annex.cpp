@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
 
 #include "tumble/exchange/certificate/page.hpp"
 #include "tumble/report/in_language.hpp"
@@ -21,8 +22,11 @@ std::string cell_html(const Table::Cell& cell, const Unit& unit) {
   return "<td class=\"n\">" + (std::isfinite(value) ? typeset_number(general(value, 3)) : "–") + "</td>";
 }
 
-/// The columns beside each other on a sheet; the codes of findings are in the file of the validation.
-bool is_shown(const Table::Column& column) { return column.name != "said"; }
+/// The columns that have room beside each other on a sheet; the others are in the file of the validation.
+bool is_shown(const Table::Column& column) {
+  constexpr std::array<std::string_view, 4> elsewhere{"said", "covered", "sd_predicted", "sd_of_bias"};
+  return std::ranges::find(elsewhere, column.name) == elsewhere.end();
+}
 
 std::string table_html(const Table& table, const Table& shown, const Words& words) {
   std::string text = "<p>" + escaped(shown.caption) + "</p>\n<table>\n<thead><tr>";

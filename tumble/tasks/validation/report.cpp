@@ -28,13 +28,16 @@ constexpr double should_hold = 0.95;
 /// So many sound tests [1] may be accused.
 constexpr double may_be_accused = 0.01;
 
-/// A difference [SI] in the unit that people are shown, to three digits: more of them are not known.
-double shown_difference(const Unit& unit, double si) { return rounded_to_digits(unit.difference_from_si(si), 3); }
+/// To three digits [1]: more of them are not known.
+double rounded(double value) { return rounded_to_digits(value, 3); }
+
+/// A difference [SI] in the unit that people are shown.
+double shown_difference(const Unit& unit, double si) { return rounded(unit.difference_from_si(si)); }
 
 Table coverage_table(const Validation& validation) {
   using Of = ValidatedParameter;
   const auto share_if_truth = [](double Of::*member) {
-    return [member](const Of& one) { return one.truth ? one.*member : std::nan(""); };
+    return [member](const Of& one) { return one.truth ? rounded(one.*member) : std::nan(""); };
   };
   const auto in_unit = [](auto value) {
     return [value](const Of& one) { return shown_difference(one.unit, std::invoke(value, one)); };
@@ -47,14 +50,14 @@ Table coverage_table(const Validation& validation) {
       validation.parameters,
       {{"parameter", &Of::name},
        {"tests", &Of::tests},
-       {"held", "%", [](const Of& one) { return one.truth ? one.coverage() : std::nan(""); }},
+       {"held", "%", [](const Of& one) { return one.truth ? rounded(one.coverage()) : std::nan(""); }},
        {"held_from", "%", share_if_truth(&Of::coverage_lower)},
        {"held_to", "%", share_if_truth(&Of::coverage_upper)},
        {"unit", [](const Of& one) { return one.unit.text(); }},
        {"sd_predicted", in_unit(predicted)},
        {"sd_stated", in_unit(&Of::stated)},
        {"scatter", in_unit(&Of::scatter)},
-       {"scatter/predicted", [&](const Of& one) { return one.scatter / predicted(one); }},
+       {"scatter/predicted", [&](const Of& one) { return rounded(one.scatter / predicted(one)); }},
        {"bias", [](const Of& one) { return one.truth ? shown_difference(one.unit, one.bias) : std::nan(""); }},
        {"sd_of_bias", in_unit([](const Of& one) { return one.scatter / std::sqrt(double(one.tests)); })}});
 }
@@ -65,8 +68,8 @@ Table sound_table(const Validation& validation) {
   return tabulate("sound_tests", "what is said of tests that are carried out as planned", 1,
                   {{"tests", [&](std::size_t) { return sound.tests; }},
                    {"accused", [&](std::size_t) { return sound.warned; }},
-                   {"accused_from", "%", [&](std::size_t) { return accused.lower; }},
-                   {"accused_to", "%", [&](std::size_t) { return accused.upper; }},
+                   {"accused_from", "%", [&](std::size_t) { return rounded(accused.lower); }},
+                   {"accused_to", "%", [&](std::size_t) { return rounded(accused.upper); }},
                    {"without_result", [&](std::size_t) { return sound.refused; }},
                    {"said", [&](std::size_t) { return fmt::format("{}", fmt::join(sound.codes, " ")); }}});
 }
@@ -88,12 +91,12 @@ ColumnOf<DepartureStudy> size_column(const char* heading, double DepartureStudy:
 
 StudyColumns study_columns(bool unnoticed) {
   using Of = DepartureStudy;
-  StudyColumns columns{{"departure", [](const Of& one) { return one.departure->name; }}, {"target", &Of::target}};
+  StudyColumns columns{{"departure_name", [](const Of& one) { return one.departure->name; }}, {"target", &Of::target}};
   if (!unnoticed)
     columns.push_back(
         {"outcome", [](const Of& one) { return std::string(one.refused ? "no result" : name(one.exposure)); }});
   columns.push_back({"parameter", &Of::parameter});
-  if (unnoticed) columns.push_back({"shift", [](const Of& one) { return rounded_to_digits(one.shift, 3); }});
+  if (unnoticed) columns.push_back({"shift", [](const Of& one) { return rounded(one.shift); }});
   columns.push_back({"unit", [](const Of& one) { return one.sized ? one.unit.text() : std::string(); }});
   columns.push_back(size_column("moves_at", &Of::moves));
   columns.push_back(size_column("not_named_at", &Of::greatest));
@@ -118,7 +121,7 @@ Table remedies_table(const Validation& validation) {
   for (const DepartureStudy& one : studies_of(validation, true))
     if (std::ranges::find(departures, one.departure) == departures.end()) departures.push_back(one.departure);
   return tabulate("what_would_show_it", "what a test needs to show these departures", departures,
-                  {{"departure", [](const Departure* one) { return one->name; }},
+                  {{"departure_name", [](const Departure* one) { return one->name; }},
                    {"remedy", [](const Departure* one) { return std::string(remedy_of(one->name)); }}});
 }
 
@@ -131,7 +134,7 @@ Table others_table(const Validation& validation) {
 
 Table not_tried_table(const Validation& validation) {
   return tabulate("not_tried", "departures of which no test can be made", validation.not_tried,
-                  {{"departure", [](const NotTried& one) { return one.departure->name; }},
+                  {{"departure_name", [](const NotTried& one) { return one.departure->name; }},
                    {"target", &NotTried::target},
                    {"reason", [](const NotTried& one) { return one.why.text(); }}});
 }
@@ -139,11 +142,12 @@ Table not_tried_table(const Validation& validation) {
 /// The findings about a parameter whose interval does not hold, whose prediction is not met, or which is biased.
 void add_findings_of(const ValidatedParameter& one, Findings& findings) {
   const auto n = static_cast<double>(one.tests);
+  // The scatter of few tests may be small by chance: then the stated uncertainty says how well their mean is known.
   const auto [lower, upper] = share_interval(one.held, one.tests, rare_sd);
   if (one.truth && (lower > should_hold || upper < should_hold))
     findings.push_back(
         {Severity::warning, "interval_does_not_hold", {{"held", one.held}, {"tests", one.tests}}, one.name});
-  if (one.truth && std::abs(one.bias) > rare_sd * one.scatter / std::sqrt(n))
+  if (one.truth && std::abs(one.bias) > rare_sd * std::max(one.scatter, one.stated) / std::sqrt(n))
     findings.push_back(
         {Severity::warning,
          "biased_in_sound_tests",
