@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/checks/check.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
@@ -14,21 +13,11 @@
 namespace tumble::departures {
 namespace {
 
-/// The code of the finding whose sentence a refusal is; empty: of none.
-std::string code_of(const Error& error, const SimulatedTest& test) {
-  for (const Recording& recording : test.evidence.recordings)
-    for (const Finding& finding : run_checks(recording, &test.evidence.plan))
-      for (const Problem& problem : error.problems)
-        if (finding.severity == Finding::Severity::error && problem.what.pattern == said_of(finding).pattern)
-          return finding.code;
-  return {};
-}
-
 Answer answer(const SimulatedTest& test) {
   try {
     return answer_of(identify(test.evidence, {}), test.truth);
   } catch (const Error& error) {
-    return {.refusal = error.what(), .refusal_code = code_of(error, test)};
+    return {.refusal = error.what(), .refusal_code = code_of_refusal(error, test)};
   } catch (const std::exception& error) {
     return {.refusal = error.what()};
   }

@@ -5,6 +5,7 @@
 #include <limits>
 #include <set>
 
+#include "tumble/checks/check.hpp"
 #include "tumble/departures/entries/edits.hpp"
 #include "tumble/report/rounding.hpp"
 
@@ -87,6 +88,15 @@ Answer answer_of(const Estimate& estimate, const std::vector<std::pair<std::stri
   if (estimate.fit.degrees_of_freedom > 0.0)
     answer.reduced_chi_square = estimate.fit.chi_square / estimate.fit.degrees_of_freedom;
   return answer;
+}
+
+std::string code_of_refusal(const Error& error, const SimulatedTest& test) {
+  for (const Recording& recording : test.evidence.recordings)
+    for (const Finding& finding : run_checks(recording, &test.evidence.plan))
+      for (const Problem& problem : error.problems)
+        if (finding.severity == Finding::Severity::error && problem.what.pattern == said_of(finding).pattern)
+          return finding.code;
+  return {};
 }
 
 std::string_view name(Handling handling) {

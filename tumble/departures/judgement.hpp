@@ -7,6 +7,7 @@
 
 #include "tumble/core/estimate.hpp"
 #include "tumble/departures/departure.hpp"
+#include "tumble/units/error.hpp"
 
 /// Judges whether a result holds in spite of a departure, names it, or is wrong in silence (decision 117).
 namespace tumble {
@@ -25,6 +26,9 @@ struct Answer {
 
 /// The answer of a result to a test of known truth [SI].
 Answer answer_of(const Estimate& estimate, const std::vector<std::pair<std::string, double>>& truth);
+
+/// The code of the finding of a check whose sentence a refusal is; empty: of none.
+std::string code_of_refusal(const Error& error, const SimulatedTest& test);
 
 enum class Handling {
   held,            ///< the values are right
