@@ -47,7 +47,8 @@ def identify(
 
     Given     plan          a Plan, the path of one, the name of a method that needs none ("allan_noise"), or a Method
               recordings    recordings or their paths, in addition to those of the plan
-              settings      settings of the method, and values of the plan, as in Plan.with_
+              settings      settings of the method, and values of the plan, as in Plan.with_; "instrument.serial" states
+                            the unit, and a recording of another one is refused
               strict        raise LimitError where a limit of the plan failed or could not be decided
               memory_limit  [bytes] a file with more samples is worked through in blocks, if the method supports it
               progress      None, True (a bar), or a function of (done, what)
