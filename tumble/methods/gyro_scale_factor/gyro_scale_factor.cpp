@@ -83,12 +83,9 @@ std::vector<Term> terms_of(const std::vector<OddPower>& powers) {
   return terms;
 }
 
-/// Given: channel   null where the test is predicted
-linear::Problem problem_of(const Plan& plan, const Channel* channel) {
+linear::Problem problem_of(const Plan& plan) {
   linear::Problem problem;
   problem.role = "gyro";
-  if (channel && channel->kind == QuantityKind::count) problem.pulse = channel->unit.factor();
-  problem.even_averages = problem.pulse > 0.0;
   linear::set_options(plan.settings, problem);
   problem.stated_per = "scale_factor";
   const int order = plan.settings.integer("order");
@@ -308,9 +305,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   report(progress, 0.0, "scale factor");
   const Unit unit = scale_unit_of(evidence);
   Findings screening;
-  const linear::Solution solution =
-      linear::identify(screened(evidence, "gyro", screening),
-                       problem_of(evidence.plan, &require_channel(evidence, evidence.recordings.front(), "gyro")));
+  const linear::Solution solution = linear::identify(screened(evidence, "gyro", screening), problem_of(evidence.plan));
   Answer answer = answer_of(solution, unit);
   propagate(solution, answer);
   Estimate& estimate = answer.estimate;
@@ -333,7 +328,7 @@ Estimate predict(const Plan& plan) {
   truth.coefficients["scale_factor"] = 1.0 + truth.coefficients["scale_factor_error"];
   for (const char* name : {"scale_factor_asymmetry", "third_order_coefficient", "fifth_order_coefficient"})
     truth.coefficients.try_emplace(name, 0.0);
-  const linear::Solution solution = linear::predict(plan, problem_of(plan, nullptr), truth);
+  const linear::Solution solution = linear::predict(plan, problem_of(plan), truth);
   Answer answer = answer_of(solution, Unit());
   propagate(solution, answer);
   answer.estimate.findings = solution.findings;

@@ -78,10 +78,9 @@ void remove_clipped(const std::vector<Part>& parts, Channel& channel, Findings& 
     bool partly = false;
     for (const Part& part : parts) {
       const double s = share(channel, part, extreme);
-      // counts of a steady rate are one of two whole numbers, with or without a limit
-      if (s < (channel.kind == QuantityKind::count ? whole_share : at_extreme_share) || std::isnan(part.rate)) continue;
+      if (s < at_extreme_share || std::isnan(part.rate)) continue;
       at_extreme.push_back(&part);
-      partly = partly || s < whole_share;
+      partly = partly || (s < whole_share && channel.kind != QuantityKind::count);
     }
     if (at_extreme.empty()) continue;
     const auto [least, most] =
