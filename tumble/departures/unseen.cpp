@@ -12,7 +12,27 @@ const std::vector<Unseen>& unseen_departures() {
        "a gain of the acquisition is a scale factor of the instrument: the record is that of another instrument"},
       {"counting_clock", "",
        "a longer window holds more pulses of the same unit: the record is that of another scale factor"},
+      {"asymmetry", "gyro_scale_factor",
+       "the method measures the asymmetry of the output, whatever causes it: the record is that of another gyro"},
+      {"asymmetry", "accelerometer_centrifuge",
+       "each side of the output is turned outward at its own radius: two polarities that differ are a centre of "
+       "acceleration "
+       "beside the axis of the case"},
+      {"asymmetry", "accelerometer_tumble",
+       "at positions in a field of 1 g, two polarities that differ are nearly a second-order term, and what remains is "
+       "below the "
+       "errors of the positions"},
+      {"asymmetry", "imu_turntable",
+       "the mean of two polarities is a scale factor, and at faces and edges in 1 g their difference is a second-order "
+       "term"},
       {"asymmetry", "static_bias", "at rest there is one sign of the input only"},
+      {"magnetic", "imu_turntable",
+       "a field that turns with an axis goes round as gravity does: at the faces it is a misalignment and a "
+       "second-order term"},
+      {"magnetic", "polar_axis_tumble",
+       "a field that turns with the head gives one wave a turn, alike with O north and south, as D_IO and D_OS do: the "
+       "record is "
+       "that of a gyro with other products"},
       {"latitude_wrong", "",
        "another latitude is another rate of the Earth, of which a single attitude has one component only"},
       {"gravity_wrong", "", "gravity is the only specific force: another value is another scale factor"},
