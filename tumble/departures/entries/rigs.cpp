@@ -82,7 +82,7 @@ std::vector<Departure> of_rigs() {
        .summary = "moves of the rig take longer than its plan says: lower speeds and accelerations",
        .targets = with_speed,
        .told_by = {"segment_still_changes", "segments_settle", "segments_begin_in_last", "rates_do_not_settle",
-                   "move_off_rests", "soak_is_short"},
+                   "move_off_rests", "move_not_over", "soak_is_short"},
        .unit = "%",
        .covered = covered_slowness,
        .carry_out = move_slowly},

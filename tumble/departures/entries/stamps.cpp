@@ -76,7 +76,7 @@ std::vector<Departure> of_stamps() {
           {.name = "reference_late",
            .summary = "encoders, thermometers and reference sensors are stamped later than they were measured",
            .targets = outputs_beside_references,
-           .told_by = {"unit_follows_thermometer_late", "drift_lags_temperature"},
+           .told_by = {"unit_follows_thermometer_late", "drift_lags_temperature", "turn_late", "move_not_over"},
            .unit = "s",
            .covered = half_a_sample,
            .record = stamp_references_late},
