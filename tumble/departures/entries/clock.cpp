@@ -62,7 +62,7 @@ std::vector<Departure> of_clocks() {
   return {{.name = "clock_fast",
            .summary = "the clock behind the stamps runs fast: all stamps are longer apart than the samples were taken",
            .targets = whole_test,
-           .told_by = {"rate_differs_from_stated", "rate_of_counts_differs", "clocks_disagree",
+           .told_by = {"rate_differs_from_stated", "rate_of_counts_differs", "turn_rate_recorded", "clocks_disagree",
                        "frequency_differs_from_plan"},
            .unit = "ppm",
            .covered = covered_clock,

@@ -82,7 +82,7 @@ std::vector<Departure> of_rigs() {
        .summary = "moves of the rig take longer than its plan says: lower speeds and accelerations",
        .targets = with_speed,
        .told_by = {"segment_still_changes", "segments_begin_unsettled", "segments_settle", "segments_begin_in_last",
-                   "rates_do_not_settle", "move_off_rests", "soak_is_short"},
+                   "rates_do_not_settle", "move_off_rests", "soak_is_short", "move_not_over"},
        .unit = "%",
        .covered = covered_slowness,
        .carry_out = move_slowly},
