@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "tumble/math/normal.hpp"
 #include "tumble/math/parallel.hpp"
@@ -30,12 +31,27 @@ void add_truth(Bench& bench, const std::string& name, double value) {
   if (std::isfinite(value) && !has_truth(bench, name)) bench.truth.emplace_back(name, value);
 }
 
-/// The true values: as a method predicts them, since it may define a parameter otherwise than the instrument its term; of terms
-/// that it does not predict, by the instrument's table; of others as [truth] says them, by their name or with that of the channel before it.
+/// Whether [truth] has another value under this name: the instrument and the method then mean different things by it.
+bool is_ambiguous(const Bench& bench, const std::string& name, double value) {
+  constexpr double alike =
+      0.01;  // [1] g of a site and the standard g differ by less, another sign or definition by more
+  if (!bench.plan.truth.has(name)) return false;
+  const double stated = bench.plan.truth.number(name);
+  return std::abs(stated - value) > alike * std::abs(stated);
+}
+
+/// The true values: of terms by the instrument's table, of what a method computes from them by its prediction, of others as
+/// [truth] says them, by their name or with that of the channel before it. None that two of them contradict each other about.
 void add_truths(const std::vector<std::pair<std::string, double>>& terms, const Evidence& evidence, Bench& bench) {
+  std::vector<std::pair<std::string, double>> known;
   if (bench.predicted)
-    for (const Parameter& parameter : bench.predicted->parameters) add_truth(bench, parameter.name, parameter.value);
-  for (const auto& [name, value] : terms) add_truth(bench, name, value);
+    for (const Parameter& parameter : bench.predicted->parameters) known.emplace_back(parameter.name, parameter.value);
+  known.insert(known.end(), terms.begin(), terms.end());
+  std::set<std::string> ambiguous;
+  for (const auto& [name, value] : known)
+    if (is_ambiguous(bench, name, value)) ambiguous.insert(name);
+  for (const auto& [name, value] : known)
+    if (!ambiguous.contains(name)) add_truth(bench, name, value);
   std::vector<std::string> before{""};
   for (const auto& role : find_method(bench.plan.method).roles())
     if (const Channel* channel = channel_for(evidence, evidence.recordings.front(), role.name)) {
@@ -46,7 +62,7 @@ void add_truths(const std::vector<std::pair<std::string, double>>& terms, const 
   const Settings& stated = bench.plan.truth;
   for (const Parameter& parameter : bench.parameters)
     for (const std::string& prefix : before)
-      if (const std::string name = prefix + parameter.name; stated.has(name))
+      if (const std::string name = prefix + parameter.name; stated.has(name) && !ambiguous.contains(parameter.name))
         add_truth(bench, parameter.name, stated.number(name));
 }
 
