@@ -18,6 +18,11 @@ const std::vector<Unseen>& unseen_departures() {
       {"gravity_wrong", "", "gravity is the only specific force: another value is another scale factor"},
       {"reference_gain", "frequency_response",
        "the gain is that of the output over the reference: the two cannot be separated"},
+      {"unit_wrong", "allan_noise", "noise in another unit is that of another gyro: nothing known acts on it"},
+      {"unit_wrong", "static_bias", "a bias in another unit is that of another gyro: nothing known acts on it"},
+      {"unit_wrong", "fog_thermal_bias", "a bias in another unit is that of another gyro: nothing known acts on it"},
+      {"unit_wrong", "gyro_scale_factor",
+       "volts in another unit are another scale factor: the record is that of another gyro"},
       {"temperature_unrecorded", "allan_noise", "a slow change of the bias is what rate random walk is"}};
   return all;
 }
