@@ -143,7 +143,11 @@ Findings about_rounding(const Evidence& evidence) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const Channel* channel = channel_for(evidence, recording, imu::role_of(imu::Kind::accelerometer, axis));
         if (channel == nullptr || channel->name != coarse.where || channel->kind == QuantityKind::count) continue;
-        findings.push_back({Finding::Severity::info, "rests_show_rounding", {coarse.values.front()}, coarse.where});
+        const FindingValue& step = coarse.values.front();
+        findings.push_back({Finding::Severity::info,
+                            "rests_show_rounding",
+                            {{"step", std::get<double>(step.value), step.unit}},
+                            coarse.where});
       }
   return findings;
 }
