@@ -59,7 +59,7 @@ READS_TEXT = {  # why: which files, below tumble/ and apps/
     "dates and times in ISO 8601":
         "tumble/core/instant.cpp",
     "names of channels in files of others say their sensor and their axis":
-        "tumble/checks/units.cpp tumble/core/evidence.cpp tumble/core/roles.cpp tumble/exchange/assembly/noise.cpp "
+        "tumble/checks/support/signals.cpp tumble/checks/units.cpp tumble/core/evidence.cpp tumble/core/roles.cpp tumble/exchange/assembly/noise.cpp "
         "tumble/reduce/compensation/inputs.cpp tumble/reduce/vibration/data.cpp tumble/report/names.cpp "
         "tumble/tasks/gather.cpp",
     "the channel .compensation_sd beside a channel, in a recording that was written before":

@@ -44,6 +44,11 @@ const std::vector<Unseen>& unseen_departures() {
        "tilts"},
       {"asymmetry", "accelerometer_four_position",
        "at +1 g, 0 and -1 g an output that is larger for positive forces is one with another second order"},
+      {"unit_wrong", "allan_noise", "noise in another unit is that of another gyro: nothing known acts on it"},
+      {"unit_wrong", "static_bias", "a bias in another unit is that of another gyro: nothing known acts on it"},
+      {"unit_wrong", "fog_thermal_bias", "a bias in another unit is that of another gyro: nothing known acts on it"},
+      {"unit_wrong", "gyro_scale_factor",
+       "volts in another unit are another scale factor: the record is that of another gyro"},
       {"temperature_unrecorded", "allan_noise", "a slow change of the bias is what rate random walk is"}};
   return all;
 }

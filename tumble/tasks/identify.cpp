@@ -31,7 +31,8 @@
 namespace tumble {
 namespace {
 
-/// Whether the method has reported already what a check reports of the segments of the plan.
+/// Whether the method has reported already what a check reports: of the segments of the plan, or of steps that its
+/// uncertainties include.
 bool is_reported(const Finding& checked, const Findings& reported) {
   const auto text = [](const Finding& finding) {
     const auto* name = finding.values.empty() ? nullptr : std::get_if<std::string>(&finding.values.front().value);
@@ -39,6 +40,8 @@ bool is_reported(const Finding& checked, const Findings& reported) {
   };
   return std::ranges::any_of(reported, [&](const Finding& finding) {
     return (checked.code == "segment_not_recorded" && finding.code == "not_recorded") ||
+           (checked.code == "steps_exceed_noise" && finding.code == "rests_show_rounding" &&
+            checked.where == finding.where) ||
            (checked.code == "segment_not_scheduled" && finding.code == "segment_not_used" &&
             text(checked) == text(finding));
   });

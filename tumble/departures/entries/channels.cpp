@@ -122,7 +122,7 @@ std::vector<Departure> of_channels() {
                        "scale_factor_far_from_reference", "improbable_gain", "force_probably_in_g", "unexpected_unit",
                        "force_differs_from_gravity", "gyro_gain_far_from_stated", "scale_factor_differs_at_rest",
                        "level_differs_from_reference", "vibration_differs_from_reference", "rest_differs_from_plan",
-                       "earth_rate_differs"},
+                       "earth_rate_differs", "counts_not_whole", "gain_of_another_unit"},
            .record = [](const Plan&, Recordings& r, const Happening& what) { mistake_unit(r, what.target); }},
           {.name = "kelvin",
            .summary = "a thermometer's column says degC and holds kelvin",

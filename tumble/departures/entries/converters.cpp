@@ -52,8 +52,20 @@ double covered_step(const Plan&, const Recordings& recordings, const std::string
   return noise_of(recordings, target);
 }
 
+/// A converter rounds each sample. A counter has whole pulses; one with coarse steps has a divider before it, which counts
+/// every n-th pulse and passes the rest on to the next window.
 void round_values(const Plan&, Recordings& recordings, const Happening& what) {
-  edit_values(recordings, what.target, [&](double value) { return std::round(value / what.size) * what.size; });
+  if (!is_count(recordings, what.target)) {
+    edit_values(recordings, what.target, [&](double value) { return std::round(value / what.size) * what.size; });
+    return;
+  }
+  const double step = std::max(1.0, std::round(what.size));
+  double rest = 0.0;
+  edit_values(recordings, what.target, [&](double value) {
+    const double all = value + rest, counted = step * std::floor(all / step);
+    rest = all - counted;
+    return counted;
+  });
 }
 
 }  // namespace
@@ -79,7 +91,8 @@ std::vector<Departure> of_converters() {
       {.name = "resolution_coarse",
        .summary = "the converter of an output has coarse steps",
        .targets = outputs,
-       .told_by = {"output_coarser_than_noise", "one_value_in_segment", "stuck_output", "rounding_moves_means"},
+       .told_by = {"output_coarser_than_noise", "one_value_in_segment", "stuck_output", "rounding_moves_means",
+                   "steps_exceed_noise", "counts_in_steps"},
        .covered = covered_step,
        .record = round_values}};
 }

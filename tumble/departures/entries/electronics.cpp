@@ -69,7 +69,7 @@ std::vector<Departure> of_electronics() {
            .summary = "an output shows zero for small inputs",
            .targets = outputs,
            .told_by = {"stuck_output", "below_smallest_input", "beyond_linear_form", "one_value_in_segment",
-                       "level_positions_count_nothing"},
+                       "level_positions_count_nothing", "no_value_near_zero", "nothing_near_level"},
            .unit = "",
            .covered = covered_noise,
            .record = ignore_small},

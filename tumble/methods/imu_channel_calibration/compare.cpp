@@ -95,12 +95,6 @@ void add_parameters(const std::vector<Pair>& pairs, Estimate& estimate) {
 
 namespace {
 
-/// [1] One term in twenty of a sound unit differs by more: they are counted.
-constexpr double two_sd = 2.0;
-/// Probability that a term of a sound unit is below the difference that is named. Chosen: of 24 terms, each of either sign, one
-/// is named in one sound test of two hundred.
-constexpr double rare_in_a_term = 1.0 - 0.005 / (2.0 * 24.0);
-
 const char* tolerance_of(Kind kind, std::size_t which) {
   if (which == 1) return "scale_factor_tolerance";
   if (which > 1) return "misalignment_tolerance";
@@ -111,15 +105,16 @@ const char* tolerance_of(Kind kind, std::size_t which) {
 
 void add_agreement(const std::vector<Pair>& pairs, const Settings& settings, Estimate& estimate) {
   const std::size_t all = pairs.size() * terms;
+  const double each = 1.0 - 0.5 * (1.0 - exceeded_in_100) / static_cast<double>(all);  // one test in 100 names a term
   std::size_t agreeing = 0;
   for (std::size_t p = 0; p < pairs.size(); ++p)
     for (std::size_t i = 0; i < terms; ++i) {
       const std::size_t index = place(pairs.size(), 2, p, i);
       const auto& parameter = estimate.parameters[index];
       const double sd = standard_uncertainty(estimate, index), size = std::abs(parameter.value);
-      const double beyond = (size - settings.number(tolerance_of(pairs[p].kind, i % per_axis))) / sd;
-      if (beyond <= two_sd) ++agreeing;
-      if (beyond > student_quantile(rare_in_a_term, parameter.degrees_of_freedom))
+      const double tolerance = settings.number(tolerance_of(pairs[p].kind, i % per_axis));
+      if (size <= 2.0 * sd + tolerance) ++agreeing;
+      if (size > student_quantile(each, parameter.degrees_of_freedom) * sd + tolerance)
         estimate.findings.push_back({Finding::Severity::warning,
                                      "term_differs",
                                      {{"difference", parameter.value, parameter.unit}, {"ratio", size / sd}},

@@ -62,11 +62,10 @@ std::vector<Option> options() {
   return options;
 }
 
-/// Each part is reduced without the segments of the others, which are recorded all the same: whether one is missing is said of
-/// the recordings, by the checks.
-void add(Findings findings, Estimate& estimate) {
-  std::erase_if(findings, [](const Finding& finding) { return finding.code == "not_recorded"; });
-  estimate.findings.insert(estimate.findings.end(), findings.begin(), findings.end());
+/// A part of the evidence has a part of the segments: which of all are missing is for the checks to say.
+void add(const Findings& findings, Estimate& estimate) {
+  for (const Finding& finding : findings)
+    if (finding.code != "not_recorded") estimate.findings.push_back(finding);
 }
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {

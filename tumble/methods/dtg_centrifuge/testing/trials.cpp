@@ -48,7 +48,8 @@ Motion motion(Motion::Kind kind, double value) {
 
 Plan plan_of_trial(const std::vector<Option>& options) {
   Plan plan = trial_plan("dtg_centrifuge", options, "dynamically_tuned_gyro", "counter_rotating_centrifuge", 20.0);
-  plan.site->gravity = si(1.0, "g");  // so that the truth of D_x + D_xz f_Z is a round number
+  plan.site =
+      Site{si(45.5, "deg"), si(108.9, "deg"), 0.0, si(1.0, "g")};  // gravity makes D_x + D_xz f_Z a round number
   plan.rig.set_number("radius", radius, Unit::parse("m"));
   plan.rig.set_number("arm_max_acceleration", si(200.0, "deg/s^2"), Unit::parse("deg/s^2"));
   plan.rig.set_number("table_max_acceleration", si(200.0, "deg/s^2"), Unit::parse("deg/s^2"));
@@ -98,6 +99,16 @@ std::vector<Channel> specific_force(const Plan& plan, const Recording& recording
   return out;
 }
 
+/// An accelerometer never shows one value throughout.
+void add_noise_of_force(std::uint64_t seed, std::vector<Channel>& force) {
+  const RandomStream random = RandomStream(seed).split("noise of the accelerometers");
+  for (Channel& channel : force) {
+    std::vector<double> noise(channel.values.size());
+    random.split(channel.name).normal(0, noise);
+    for (std::size_t i = 0; i < noise.size(); ++i) channel.values[i] += si(20.0, "ug") * noise[i];
+  }
+}
+
 /// Each power-up has its own D_x and D_y: what that adds to the output.
 void add_turn_on(std::uint64_t seed, const std::vector<Channel>& force, Recording& recording) {
   Channel& gyro = recording.channels.front();
@@ -131,6 +142,7 @@ Trial trial(std::uint64_t seed, const std::vector<Option>& options) {
   std::erase_if(recording.channels, [](const Channel& channel) { return channel.name == "gyro_y"; });
   auto force = specific_force(out.evidence.plan, recording);
   add_turn_on(seed, force, recording);
+  add_noise_of_force(seed, force);
   for (Channel& channel : force) recording.channels.push_back(std::move(channel));
   out.evidence.recordings.push_back(std::move(recording));
   const double first = K(acceleration(arm_rates[0]));

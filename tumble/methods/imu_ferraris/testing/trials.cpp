@@ -155,7 +155,9 @@ Trial trial_of(const Session& session, std::uint64_t seed) {
   if (session.accelerometer_instability > 0.0)
     set_setting(plan, "accelerometer_bias_instability", session.accelerometer_instability, "ug");
   trial.evidence.recordings = {simulate(hand, 2 * seed, {}), simulate(table, 2 * seed + 1, {})};
-  trial.evidence.plans = {nullptr, std::make_shared<const Plan>(table)};  // another rig, another schedule
+  auto turns = std::make_shared<Plan>(table);
+  turns->settings = plan.settings;
+  trial.evidence.plans = {nullptr, std::move(turns)};
   add_truth(hand, trial);
   return trial;
 }
