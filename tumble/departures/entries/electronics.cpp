@@ -74,7 +74,8 @@ std::vector<Departure> of_electronics() {
           {.name = "asymmetry",
            .summary = "an output has a larger scale factor for positive inputs",
            .targets = outputs,
-           .told_by = {"beyond_linear_form", "forward_and_reverse_differ", "segments_differ_from_model"},
+           .told_by = {"beyond_linear_form", "forward_and_reverse_differ", "segments_differ_from_model",
+                       "scale_factors_of_senses_differ"},
            .unit = "ppm",
            .covered = covered_asymmetry,
            .record = amplify_positive}};

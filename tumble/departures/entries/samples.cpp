@@ -67,7 +67,8 @@ std::vector<Departure> of_samples() {
           {.name = "samples_zero",
            .summary = "one sample in 200 of an output is written as zero",
            .targets = outputs,
-           .told_by = {"outlier", "outliers", "single_outliers", "outliers_together", "damaged_sample", "windows_off"},
+           .told_by = {"outlier", "outliers", "single_outliers", "outliers_together", "damaged_sample", "windows_off",
+                       "zeros_not_used"},
            .record = write_zeros},
           {.name = "rows_lost",
            .summary = "rows of the record are lost, single ones and a whole piece",
@@ -77,7 +78,7 @@ std::vector<Departure> of_samples() {
           {.name = "values_lost",
            .summary = "the largest values of an output are lost",
            .targets = outputs,
-           .told_by = {},  // missing_samples says that some are lost, and not that they are the largest
+           .told_by = {"large_values_lost"},  // missing_samples says that some are lost, and not which
            .record = lose_large}};
 }
 
