@@ -49,6 +49,16 @@ const std::vector<Unseen>& unseen_departures() {
       {"unit_wrong", "fog_thermal_bias", "a bias in another unit is that of another gyro: nothing known acts on it"},
       {"unit_wrong", "gyro_scale_factor",
        "volts in another unit are another scale factor: the record is that of another gyro"},
+      {"channel_sign", "static_bias", "without a known input along the axis a bias of either sign is possible"},
+      {"channel_sign", "fog_thermal_bias",
+       "no reference turns: the coefficients are those of a gyro that is mounted the other way round"},
+      {"reference_gain", "fog_thermal_bias",
+       "what the thermometers show is the temperature: with another gain of one, the coefficients are those of another "
+       "gyro"},
+      {"references_exchanged", "fog_thermal_bias",
+       "nothing in the readings says which thermometer is on top: the gradient has the other sign"},
+      {"run_drift", "fog_thermal_bias",
+       "a change that is no larger than the scatter between power-ups cannot be distinguished from it"},
       {"temperature_unrecorded", "allan_noise", "a slow change of the bias is what rate random walk is"}};
   return all;
 }

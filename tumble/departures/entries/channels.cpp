@@ -127,7 +127,7 @@ std::vector<Departure> of_channels() {
           {.name = "kelvin",
            .summary = "a thermometer's column says degC and holds kelvin",
            .targets = thermometers,
-           .told_by = {"probably_kelvin", "implausibly_cold", "unexpected_unit"},
+           .told_by = {"probably_kelvin", "implausibly_cold", "unexpected_unit", "temperature_of_no_chamber"},
            .record =
                [](const Plan&, Recordings& recordings, const Happening& what) {
                  edit_values(recordings, what.target, [](double value) { return value + 273.15; });

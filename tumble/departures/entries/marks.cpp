@@ -114,7 +114,7 @@ std::vector<Departure> of_marks() {
            .summary = "each mark but the first is set after its segment has begun",
            .targets = marked,
            .told_by = {"segments_end_in_next", "turn_early", "turn_late", "segment_still_changes",
-                       "segments_begin_unsettled", "moves_between_positions"},
+                       "segments_begin_unsettled", "moves_between_positions", "power_ups_end_in_next"},
            .unit = "s",
            .covered = covered_delay,
            .record = mark_late},

@@ -68,7 +68,7 @@ std::vector<Departure> of_samples() {
            .summary = "one sample in 200 of an output is written as zero",
            .targets = outputs,
            .told_by = {"outlier", "outliers", "single_outliers", "outliers_together", "damaged_sample", "windows_off",
-                       "zeros_in_place_of_samples"},
+                       "zeros_in_place_of_samples", "zeros_not_used"},
            .record = write_zeros},
           {.name = "rows_lost",
            .summary = "rows of the record are lost, single ones and a whole piece",
@@ -78,7 +78,8 @@ std::vector<Departure> of_samples() {
           {.name = "values_lost",
            .summary = "the largest values of an output are lost",
            .targets = outputs,
-           .told_by = {"largest_values_missing"},  // missing_samples does not say that they are the largest
+           .told_by = {"largest_values_missing",
+                       "large_values_lost"},  // missing_samples does not say that they are the largest
            .record = lose_large}};
 }
 
