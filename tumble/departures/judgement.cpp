@@ -118,11 +118,12 @@ std::string_view name(Handling handling) {
 CellVerdict judge_cell(std::span<const Answer> answers, std::span<const Answer> sound,
                        const std::vector<std::string>& told_by, bool listed) {
   CellVerdict verdict;
-  std::size_t parameters = 0;
+  std::size_t parameters = 0, named_or_refused = 0;
   for (std::size_t i = 0; i < answers.size(); ++i) {
     parameters = std::max(parameters, answers[i].deviations.size());
     verdict.refused += answers[i].refusal.empty() ? 0 : 1;
     verdict.named += names(answers[i], sound[i], told_by) ? 1 : 0;
+    named_or_refused += !answers[i].refusal.empty() || names(answers[i], sound[i], told_by) ? 1 : 0;
   }
   for (std::size_t j = 0; j < parameters; ++j)
     if (const double rms = rms_of(answers, j); rms > verdict.worst_rms || std::isnan(rms)) {
@@ -138,7 +139,7 @@ CellVerdict judge_cell(std::span<const Answer> answers, std::span<const Answer> 
   };
   if (enough(verdict.named))
     verdict.handling = Handling::named;
-  else if (enough(verdict.refused))
+  else if (enough(named_or_refused))
     verdict.handling = Handling::refused;
   else if (verdict.worst_rms < most_rms)
     verdict.handling = Handling::held;

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "tumble/core/budget.hpp"
+#include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
