@@ -1,7 +1,6 @@
 #include "tumble/formats/unfinished.hpp"
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -35,16 +34,29 @@ int remember(const std::string& name) {
   return -1;
 }
 
+/// Of a whole file. A lock of an open file, by fcntl: the HDF5 library uses flock, and would refuse a file that has one.
+struct flock whole_file(short kind) {
+  struct flock lock {};
+  lock.l_type = kind;
+  lock.l_whence = SEEK_SET;
+  return lock;
+}
+
+bool is_locked(int descriptor) {
+  struct flock lock = whole_file(F_WRLCK);
+  return fcntl(descriptor, F_OFD_GETLK, &lock) != 0 || lock.l_type != F_UNLCK;
+}
+
 constexpr std::time_t young = 60;  ///< [s] an owner has locked it by then
 
-/// Nobody has it any more: its owner was of this user, and its lock can be had.
+/// Nobody has it any more: its owner was of this user, and nobody holds its lock.
 bool is_abandoned(const fs::path& path) {
   const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
   if (descriptor < 0) return false;
   struct stat facts {};
   const bool old = fstat(descriptor, &facts) == 0 && facts.st_uid == geteuid() &&
                    std::time(nullptr) - facts.st_mtime > young && (S_ISREG(facts.st_mode) || S_ISDIR(facts.st_mode));
-  const bool free = old && flock(descriptor, LOCK_EX | LOCK_NB) == 0;
+  const bool free = old && !is_locked(descriptor);
   close(descriptor);
   return free;
 }
@@ -71,7 +83,10 @@ void unlink_unfinished() noexcept {
     if (state[slot] == 2) rmdir(unfinished[slot]);
 }
 
-void lock_unfinished(int descriptor) { static_cast<void>(flock(descriptor, LOCK_SH | LOCK_NB)); }
+void lock_unfinished(int descriptor) {
+  const struct flock lock = whole_file(F_RDLCK);
+  static_cast<void>(fcntl(descriptor, F_OFD_SETLK, &lock));
+}
 
 void sweep_unfinished(const fs::path& folder, std::string_view begin, std::string_view end) {
   if (!is_first_look(folder)) return;
