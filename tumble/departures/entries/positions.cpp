@@ -79,7 +79,8 @@ std::vector<Departure> of_positions() {
            .told_by = {"positions_exchanged", "positions_look_exchanged", "positions_not_as_planned",
                        "labels_may_be_exchanged", "position_disagrees", "position_disagrees_and_repeats",
                        "segment_reads_as_another", "section_reads_as_another", "angle_off_plan", "turn_rate_recorded",
-                       "positions_off_circle", "accelerometers_do_not_fit_plan"},
+                       "level_turns_as_another", "tone_of_another_segment", "positions_off_circle",
+                       "accelerometers_do_not_fit_plan"},
            .carry_out = swap_unlabelled},
           {.name = "position_missing",
            .summary = "one segment is not carried out, and there is no mark of it",
@@ -91,8 +92,8 @@ std::vector<Departure> of_positions() {
            .targets = swappable,
            .told_by = {"position_missing_other_twice", "one_position_of_several_labels", "position_disagrees",
                        "position_disagrees_and_repeats", "positions_not_as_planned", "segment_reads_as_another",
-                       "section_reads_as_another", "angle_off_plan", "positions_off_circle",
-                       "accelerometers_do_not_fit_plan"},
+                       "level_turns_as_another", "tone_of_another_segment", "section_reads_as_another",
+                       "angle_off_plan", "positions_off_circle", "accelerometers_do_not_fit_plan"},
            .carry_out = repeat_one}};
 }
 
