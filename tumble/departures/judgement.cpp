@@ -85,7 +85,7 @@ Answer answer_of(const Estimate& estimate, const std::vector<std::pair<std::stri
   }
   for (const Finding& finding : estimate.findings)
     if (finding.severity != Finding::Severity::info && !is_about_limit(finding)) answer.codes.push_back(finding.code);
-  if (estimate.fit.degrees_of_freedom > 0.0)
+  if (estimate.fit.degrees_of_freedom > 0.0 && std::isfinite(estimate.fit.chi_square))
     answer.reduced_chi_square = estimate.fit.chi_square / estimate.fit.degrees_of_freedom;
   return answer;
 }

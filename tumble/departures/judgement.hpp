@@ -77,6 +77,8 @@ struct Unseen {
   const char* departure;
   const char* method;  ///< empty: of any method
   const char* reason;
+  /// Also where a reference or a stamp is what departs: nothing else was recorded that it could be compared with.
+  bool of_references = false;
 };
 /// The list, which the tests confirm: an entry counts only where the fit is not worse than in sound tests and no recorded
 /// channel contradicts.

@@ -36,6 +36,25 @@ const std::vector<Unseen>& unseen_departures() {
       {"latitude_wrong", "",
        "another latitude is another rate of the Earth, of which a single attitude has one component only"},
       {"gravity_wrong", "", "gravity is the only specific force: another value is another scale factor"},
+      {"asymmetry", "sine_vibration",
+       "at one level the mean of a rectified sine is that of a second-order term: levels of different size separate "
+       "them"},
+      {"asymmetry", "random_vibration",
+       "at one level the mean of a rectified vibration is that of a second-order term: levels of different size "
+       "separate them"},
+      {"cross_motion", "sine_vibration", "motion across leaves nothing but a rectification, which K_2 gives too"},
+      {"cross_motion", "random_vibration", "motion across leaves nothing but a rectification, which K_2 gives too"},
+      {"loop_unstated", "frequency_response", "a loop behind the output is a part of the response that is measured"},
+      {"filter_unstated", "frequency_response",
+       "a filter behind the output is a part of the response that is measured"},
+      {"stamps_late", "frequency_response",
+       "a delay of the output against the reference is a part of the response that is measured", true},
+      {"stamps_at_end", "frequency_response",
+       "a delay of the output against the reference is a part of the response that is measured", true},
+      {"reference_late", "frequency_response",
+       "a delay of the output against the reference is a part of the response that is measured", true},
+      {"magnetic", "dtg_centrifuge",
+       "a part of the line at the heading that is magnetic is another gain and azimuth of the reference gyro"},
       {"reference_gain", "frequency_response",
        "the gain is that of the output over the reference: the two cannot be separated"},
       {"level_off", "north_finding", "roll and pitch are what the test finds: the record is that of another base"},
@@ -59,6 +78,7 @@ const std::vector<Unseen>& unseen_departures() {
        "nothing in the readings says which thermometer is on top: the gradient has the other sign"},
       {"run_drift", "fog_thermal_bias",
        "a change that is no larger than the scatter between power-ups cannot be distinguished from it"},
+       "the gain is that of the output over the reference: the two cannot be separated", true},
       {"temperature_unrecorded", "allan_noise", "a slow change of the bias is what rate random walk is"}};
   return all;
 }

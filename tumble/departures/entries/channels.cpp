@@ -106,7 +106,7 @@ std::vector<Departure> of_channels() {
            .summary = "two outputs of one kind are exchanged",
            .targets = [](const Plan& plan, const Recordings& r) { return exchangeable(r, all_outputs(plan, r)); },
            .told_by = {"axes_exchanged", "outputs_exchanged", "axes_turned", "axes_mirrored", "gyro_axis_is_another",
-                       "accelerometers_exchanged", "another_gyro_shows_rate"},
+                       "accelerometers_exchanged", "another_gyro_shows_rate", "gyro_and_reference_exchanged"},
            .record = [](const Plan& plan, Recordings& r,
                         const Happening& what) { exchange(r, what.target, all_outputs(plan, r)); }},
           {.name = "references_exchanged",

@@ -63,7 +63,7 @@ std::vector<Departure> of_clocks() {
            .summary = "the clock behind the stamps runs fast: all stamps are longer apart than the samples were taken",
            .targets = whole_test,
            .told_by = {"rate_differs_from_stated", "rate_of_counts_differs", "turn_rate_recorded", "clocks_disagree",
-                       "frequency_differs_from_plan"},
+                       "frequency_differs_from_plan", "frequencies_differ_alike"},
            .unit = "ppm",
            .covered = covered_clock,
            .record = stamp_fast},

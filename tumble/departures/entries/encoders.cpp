@@ -36,7 +36,7 @@ std::vector<Departure> of_encoders() {
   return {{.name = "encoder_gain",
            .summary = "an encoder shows larger angles and rates than the axis has",
            .targets = encoders,
-           .told_by = {"angle_off_plan", "turn_rate_recorded", "rates_differ_from_plan"},
+           .told_by = {"angle_off_plan", "turn_rate_recorded", "rates_differ_from_plan", "line_turns_against_angle"},
            .unit = "ppm",
            .covered = covered_gain,
            .record =

@@ -140,7 +140,7 @@ struct Rows {
     if (any) data.effects.push_back(std::move(effect));
   }
 
-  /// A segment of its own: 0 = what the lines are corrected for and the lag beyond, by what is known beforehand.
+  /// A segment of its own: the lag by what else is known of it.
   void add_lag(const LagColumn& lag, std::size_t column) {
     if (lag.shift.empty()) return;
     const std::size_t rows = data.observations.size();
@@ -153,7 +153,7 @@ struct Rows {
       for (std::size_t i = 0; i < rows; ++i) design(i, c) = data.design(i, c);
     design(rows, column) = 1.0;
     data.design = std::move(design);
-    data.observations.push_back(-lag.known);
+    data.observations.push_back(lag.expected);
     data.weights.push_back(*std::ranges::max_element(data.weights));
     data.segment.push_back(data.segment.back() + 1);
     for (KnownEffect& effect : data.effects) effect.column.push_back(0.0);
@@ -164,7 +164,7 @@ struct Rows {
       slow.kernel = std::move(kernel);
     }
     KnownEffect beforehand{lag_source, std::vector<double>(rows + 1), false};
-    beforehand.column.back() = 1.0;
+    beforehand.column.back() = lag.sd;
     data.effects.push_back(std::move(beforehand));
   }
 
@@ -283,8 +283,8 @@ Quantities fit_levels(const std::vector<Observation>& observations, const std::v
   return quantities;
 }
 
-Quantities fit_harmonic(const std::vector<Observation>& observations, const std::vector<Effect>& effects,
-                        int harmonic) {
+Quantities fit_harmonic(const std::vector<Observation>& observations, const std::vector<Effect>& effects, int harmonic,
+                        const LagColumn& lag) {
   Rows rows;
   std::vector<std::pair<std::size_t, std::size_t>> design;
   for (const Observation& one : observations) {
@@ -292,9 +292,10 @@ Quantities fit_harmonic(const std::vector<Observation>& observations, const std:
     for (double& w : weight) w *= std::pow(std::abs(one.force), 2 * harmonic - 2);
     rows.add(harmonic == 2 ? one.second_part : one.third_part, weight, 1.0, 0, one.power_up, design);
   }
-  rows.close(design, 2);
+  rows.close(design, lag.shift.empty() ? 2 : 3);
   for (const Effect& effect : effects) rows.add_effect(effect, harmonic == 2 ? effect.second : effect.third);
   rows.add_power_ups();
+  rows.add_lag(lag, 2);
   Quantities quantities;
   quantities.fit = fit_mixed_model(rows.data);
   quantities.value = quantities.fit.parameters;

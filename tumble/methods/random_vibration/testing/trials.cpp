@@ -34,6 +34,8 @@ Settings truth_of(const Kind& unit, Settings truth) {
   set("bias", 3.0, "mg");
   set("second_order_coefficient", unit.second_order, "ug/g^2");
   set("third_order_coefficient", unit.third_order, "ug/g^3");
+  set("cross_coupling_ip", 20.0, "ug/g^2");
+  set("cross_coupling_io", -20.0, "ug/g^2");
   set("angle_random_walk", unit.walk, "ug/sqrt(Hz)");
   set("bias_instability", 3.0, "ug");
   return truth;
