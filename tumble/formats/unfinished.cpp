@@ -34,16 +34,18 @@ int remember(const std::string& name) {
   return -1;
 }
 
-/// Of a whole file. A lock of an open file, by fcntl: the HDF5 library uses flock, and would refuse a file that has one.
-struct flock whole_file(short kind) {
+/// Of the first byte, by fcntl and for the open file: the HDF5 library uses flock, SQLite the bytes from 2^30 on, and each would
+/// refuse a file that is locked so.
+struct flock first_byte(short kind) {
   struct flock lock {};
   lock.l_type = kind;
   lock.l_whence = SEEK_SET;
+  lock.l_len = 1;
   return lock;
 }
 
 bool is_locked(int descriptor) {
-  struct flock lock = whole_file(F_WRLCK);
+  struct flock lock = first_byte(F_WRLCK);
   return fcntl(descriptor, F_OFD_GETLK, &lock) != 0 || lock.l_type != F_UNLCK;
 }
 
@@ -84,7 +86,7 @@ void unlink_unfinished() noexcept {
 }
 
 void lock_unfinished(int descriptor) {
-  const struct flock lock = whole_file(F_RDLCK);
+  const struct flock lock = first_byte(F_RDLCK);
   static_cast<void>(fcntl(descriptor, F_OFD_SETLK, &lock));
 }
 

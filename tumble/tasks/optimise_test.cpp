@@ -276,11 +276,13 @@ TEST_F(Predict, WrittenPlanIsTheScheduleFoundAndKeepsEverythingElse) {
 }
 
 TEST_F(Predict, OptimisesRatesWhereThePlanHasRates) {
+  const std::string along =
+      "mount_pitch = {hold = \"-90 deg\"}\n";  // the input axis along the table's: a rate tells the scale
   const auto plan =
       load(head("sdof_gyro", "rate_table") +
-           "[[schedule]]\nlabel = \"still\"\nduration = \"10 min\"\ntable = {hold = \"0 deg\"}\n[[schedule]]"
-           "\nlabel = \"turn\"\nduration = \"10 min\"\ntable = {rate = \"5 deg/s\"}\n" +
-           truth + "range = \"20 deg/s\"\n");
+           "[[schedule]]\nlabel = \"still\"\nduration = \"10 min\"\ntable = {hold = \"0 deg\"}\n" + along +
+           "[[schedule]]\nlabel = \"turn\"\nduration = \"10 min\"\ntable = {rate = \"5 deg/s\"}\n" + along + truth +
+           "range = \"20 deg/s\"\n");
   OptimiseOptions options;
   options.terms = {"D_F", "scale_factor_error"};
   const auto found = optimise(plan, options, {});
