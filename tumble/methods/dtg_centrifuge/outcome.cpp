@@ -1,4 +1,3 @@
-#include <cstdio>
 #include "tumble/methods/dtg_centrifuge/outcome.hpp"
 
 #include <algorithm>
@@ -180,8 +179,6 @@ Lag contradicting_lag(const Task& task, const std::vector<Measured>& measured) {
   const Outcome free = with_lag(task, measured, {.stated = true, .quantity = true}, unused);
   const LagFit more = lag_of(free.levels, free.polynomial);
   const LagFit harmonics = lag_by_harmonics(free);
-  std::fprintf(stderr, "more %g +- %g  harm %g +- %g sizes %zu %zu\n", more.value*1e3, more.sd*1e3, harmonics.value*1e3, harmonics.sd*1e3, free.second->value.size(), free.third->value.size());
-  for (const auto* h : {&*free.second, &*free.third}) for (std::size_t k = 0; k < h->value.size(); ++k) std::fprintf(stderr, "   h %g +- %g\n", h->value[k], std::sqrt(h->fit.covariance(k,k)));
   if (!contradicts(more) && !contradicts(harmonics)) return {};
   const Lag lag = estimated_lag(
       task, measured, {.stated = true, .contradicted = true, .value = contradicts(harmonics) ? harmonics.value : 0.0});
@@ -217,7 +214,7 @@ Outcome outcome_of(const Task& task, const std::vector<Measured>& measured, Find
   const Lag lag = lag_for(task, measured);
   if (lag.contradicted) report_lag(task, lag, findings);
   Outcome outcome = with_lag(task, without_lag(measured, task.output, lag.value), lag, findings);
-  name_cause(outcome, measured, task.reduction.levels, findings);
+  if (!lag.contradicted) name_cause(outcome, measured, task.reduction.levels, findings);
   return outcome;
 }
 
