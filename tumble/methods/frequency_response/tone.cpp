@@ -279,6 +279,16 @@ std::optional<Finding> fault_of(const Part& part, const Samples& samples, const 
   return {};
 }
 
+/// Why the fitted reference cannot be used: flat tops, also beneath its noise; none: it can.
+std::optional<Finding> fault_of_reference(const Part& part, const Samples& samples, const SineFit& reference) {
+  const FlatTops tops = flat_tops_of(samples, reference);
+  if (!tops.found || tops.loss < std::max(least_loss, loss_sd * std::sqrt(reference.log_gain_variance()))) return {};
+  return Finding{Severity::error,
+                 "reference_clipped",
+                 {{"frequency", reference.frequency, "Hz"}, {"loss", tops.loss, "%"}},
+                 part.label};
+}
+
 void measure(const Part& part, double begin, double end, const Scaling& scaling, const Settings& settings,
              Points& points) {
   Findings& findings = points.findings;
@@ -303,6 +313,7 @@ void measure(const Part& part, double begin, double end, const Scaling& scaling,
   }
   const auto reference = fit_reference(part, pair, start, findings);
   if (!reference) return;
+  if (unusable(fault_of_reference(part, pair.reference, *reference))) return;
   const double f = reference->frequency, rate = pair.output.rate;
   if (unusable(objection(f, pair.output.time.back() - pair.output.time.front(), rate, scaling, settings, part.label)))
     return;
