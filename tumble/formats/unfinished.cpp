@@ -51,14 +51,14 @@ bool is_locked(int descriptor) {
 
 constexpr std::time_t young = 60;  ///< [s] an owner has locked it by then
 
-/// Nobody has it any more: its owner was of this user, and nobody holds its lock.
+/// Nobody has it any more: its owner was of this user, and nobody holds its lock. What is young is not even opened.
 bool is_abandoned(const fs::path& path) {
-  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
-  if (descriptor < 0) return false;
   struct stat facts {};
-  const bool old = fstat(descriptor, &facts) == 0 && facts.st_uid == geteuid() &&
+  const bool old = lstat(path.c_str(), &facts) == 0 && facts.st_uid == geteuid() &&
                    std::time(nullptr) - facts.st_mtime > young && (S_ISREG(facts.st_mode) || S_ISDIR(facts.st_mode));
-  const bool free = old && !is_locked(descriptor);
+  const int descriptor = old ? open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK) : -1;
+  if (descriptor < 0) return false;
+  const bool free = !is_locked(descriptor);
   close(descriptor);
   return free;
 }
