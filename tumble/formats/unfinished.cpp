@@ -20,7 +20,7 @@ namespace {
 
 /// Names, for a signal handler. What finds no room, or whose name is too long, is left to the next run.
 constexpr int slots = 64;
-char unfinished[slots][1024];
+char unfinished[slots][4096];
 std::atomic<int> state[slots];  ///< 0: free, 1: being written, 2: a name
 
 int remember(const std::string& name) {
