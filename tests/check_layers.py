@@ -47,6 +47,8 @@ READS_TEXT = {  # why: which files, below tumble/ and apps/
         "tumble/core/settings.cpp tumble/methods/imu_channel_calibration/evidence.cpp tumble/methods/imu_ferraris/sections.cpp "
         "tumble/methods/random_vibration/types.cpp tumble/methods/rlg_lock_in/sweep.cpp tumble/tasks/export.cpp "
         "tumble/tasks/fleet/limits.cpp tumble/tasks/load_lab.cpp tumble/tasks/sets.cpp tumble/tasks/stopping_rule.cpp",
+    "names of equipment, as people write them, and of errors, which begin alike":
+        "tumble/reduce/rig_keys.cpp",
     "the text of a plan, which the form changes and leaves its comments as they are":
         "tumble/tasks/plan_edit.cpp",
     "the first lines of a file say what it is":
@@ -57,7 +59,7 @@ READS_TEXT = {  # why: which files, below tumble/ and apps/
     "dates and times in ISO 8601":
         "tumble/core/instant.cpp",
     "names of channels in files of others say their sensor and their axis":
-        "tumble/checks/units.cpp tumble/core/evidence.cpp tumble/core/roles.cpp tumble/exchange/assembly/noise.cpp "
+        "tumble/checks/support/signals.cpp tumble/checks/units.cpp tumble/core/evidence.cpp tumble/core/roles.cpp tumble/exchange/assembly/noise.cpp "
         "tumble/reduce/compensation/inputs.cpp tumble/reduce/vibration/data.cpp tumble/report/names.cpp "
         "tumble/tasks/gather.cpp",
     "the channel .compensation_sd beside a channel, in a recording that was written before":

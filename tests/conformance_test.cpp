@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/departures/judgement.hpp"
 #include "tumble/exchange/exports/export.hpp"
 #include "tumble/formats/format.hpp"
 #include "tumble/methods/method.hpp"
@@ -296,6 +297,25 @@ TEST_P(Checks, SurvivesEveryPoorRecording) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Checks, ::testing::ValuesIn(check_catalogue()), entry_name<Check>);
+
+/// The section of a page that begins with this heading; empty: there is none.
+std::string section_of(const std::string& page, const std::string& heading) {
+  const auto begin = page.find("\n## " + heading + "\n");
+  return begin == page.npos ? "" : page.substr(begin, page.find("\n## ", begin + 1) - begin);
+}
+
+TEST(UnseenDepartures, StandOnThePageOfTheirMethod) {
+  for (const Unseen& unseen : unseen_departures())
+    for (const Method* method : method_catalogue()) {
+      if (find_unseen(unseen.departure, method->name) != &unseen) continue;
+      const bool of_any = *unseen.method == '\0';
+      const std::string page = of_any ? "docs/departures.md" : page_of("methods", method->name);
+      const std::string section =
+          section_of(text_of(source / page), of_any ? "What no test can see" : "What this test cannot see");
+      EXPECT_NE(section.find(std::string("`") + unseen.departure + "`"), std::string::npos)
+          << page << ": what cannot be seen lacks " << unseen.departure;
+    }
+}
 
 }  // namespace
 }  // namespace tumble

@@ -9,13 +9,14 @@
 #include "tumble/formats/temporary_folder.hpp"
 #include "tumble/language/text.hpp"
 #include "tumble/units/error.hpp"
+#include "unit_option.hpp"
 #include "verbs.hpp"
 
 namespace tumble::cli {
 namespace {
 
 struct CertificateArguments {
-  std::string result, lab, rule, format, language, accepted, output;
+  std::string result, lab, rule, format, language, accepted, unit, output, validation;
   std::vector<std::string> sets;
   ArchiveOptions archive;
 };
@@ -24,6 +25,7 @@ struct CertificateArguments {
 CertificateDetails details_of(const CertificateArguments& arguments) {
   auto sets = parse_sets(arguments.sets);
   if (!arguments.rule.empty()) sets.emplace_back("certificate.rule", arguments.rule);
+  if (!arguments.unit.empty()) sets.emplace_back("item.serial", serial_of_unit(arguments.unit));
   if (!arguments.language.empty()) sets.emplace_back("certificate.language", arguments.language);
   CertificateDetails details = load_lab(arguments.lab, sets);
   for (auto& one : details.equipment)
@@ -61,13 +63,13 @@ Deposited put_in_archive(Archive& archive, const Certificate& certificate, const
 int run(const CertificateArguments& arguments, const Terminal& terminal) {
   const bool dcc = arguments.format == "dcc" ||
                    (arguments.format.empty() && std::filesystem::path(arguments.output).extension() == ".xml");
-  check_output("-o", arguments.output, {arguments.result, arguments.lab},
+  check_output("-o", arguments.output, {arguments.result, arguments.lab, arguments.validation},
                dcc ? std::vector<std::string>{".xml"} : std::vector<std::string>{".html", ".htm"});
   auto archive = optional_archive(arguments.archive);
   if (archive && arguments.output == standard_output)
     throw Error(Error::Kind::bad_input, "-o -: a certificate that is archived needs a file");
   const std::string file = readable(arguments.result);
-  Certificate certificate = certificate_on(file, details_of(arguments));
+  Certificate certificate = certificate_on(file, details_of(arguments), arguments.validation);
   if (arguments.result == "-") certificate.result_file = "standard input";
   const std::string page = certificate_html(certificate);
   const std::string text = dcc ? certificate_dcc(certificate, page) : page;
@@ -100,8 +102,14 @@ Verb certificate_verb() {
         "",
         {"html", "dcc"}},
        {"--language", &arguments->language, "of the certificate", false, "", {"en", "zh"}},
+       {"--validation", &arguments->validation,
+        "validation of the plan (.json) that `tumble validate` wrote, as an annex"},
        {"--accept-out-of-date", &arguments->accepted,
         "why equipment was used whose calibration ended before the test did; printed", false, "REASON"},
+       {"--unit", &arguments->unit,
+        "serial number of the unit, as SERIAL or SLOT=SERIAL;\nanother one than that of the recording or result is an "
+        "error",
+        false, "UNIT"},
        archive_argument(arguments->archive),
        by_argument(arguments->archive),
        sets_argument(arguments->sets,

@@ -11,13 +11,14 @@
 #include "tumble/methods/method.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/units/error.hpp"
+#include "unit_option.hpp"
 #include "verbs.hpp"
 
 namespace tumble::cli {
 namespace {
 
 struct IdentifyArguments {
-  std::string what, output;
+  std::string what, output, unit;
   std::vector<std::string> recordings, sets, topics;
   bool json = false, strict = false;
   std::uint64_t memory = 2'000'000'000;
@@ -94,19 +95,19 @@ Deposit deposit_of(const Estimate& estimate, const IdentifyArguments& arguments,
 
 int run(const IdentifyArguments& arguments, const Terminal& terminal) {
   refuse_another_order(arguments.what, arguments.recordings);
-  auto plan = plan_of(arguments.what, parse_sets(arguments.sets, arguments.topics));
+  auto sets = parse_sets(arguments.sets, arguments.topics);
+  for (auto& set : sets_of_unit(arguments.unit)) sets.push_back(std::move(set));
+  auto plan = plan_of(arguments.what, sets);
   read_prior_from(arguments.archive, plan);
   if (!arguments.output.empty()) check_output("-o", arguments.output, inputs_of(arguments, plan), {".json"});
   auto archive = optional_archive(arguments.archive);
-  if (archive && !unit_is_known({plan.instrument_model, plan.instrument_serial}, arguments.archive, terminal))
-    archive.reset();
   Estimate estimate;
   {
     ProgressLine line(terminal);
     estimate = identify(plan, arguments, line.progress());
   }
   show(estimate, arguments, terminal);
-  if (archive)
+  if (archive && unit_is_known({estimate.instrument_model, estimate.instrument_serial}, arguments.archive, terminal))
     note_deposited(terminal, put_in(*archive, deposit_of(estimate, arguments, plan), act_of(arguments.archive)));
   const auto not_kept = [&](const Verdict& verdict) {  // what cannot be judged is not kept either
     return verdict.outcome == Verdict::Outcome::fail ||
@@ -133,6 +134,10 @@ Verb identify_verb() {
         .description = "a recording with more bytes of samples is processed\nin blocks, if the method supports it",
         .type = "SIZE",
         .bytes = "2 GB"},
+       {"--unit", &arguments->unit,
+        "serial number of the unit, as SERIAL or SLOT=SERIAL;\nanother one than that of the recording or result is an "
+        "error",
+        false, "UNIT"},
        archive_argument(arguments->archive),
        by_argument(arguments->archive),
        topic_argument(arguments->topics),

@@ -49,11 +49,11 @@ int run_and_catch(int argc, char** argv) {
     const char* const folder = std::getenv(confinement_variable);
     const Confinement confinement(folder ? folder : "");
     std::vector<Verb> verbs{
-        list_verb(),        init_verb(),       inspect_verb(),    simulate_verb(),    identify_verb(),
-        predict_verb(),     compensate_verb(), report_verb(),     export_verb(),      compare_verb(),
-        certificate_verb(), convert_verb(),    rehearse_verb(),   run_verb(),         resume_verb(),
-        stop_verb(),        answer_verb(),     station_verb(),    virtual_rig_verb(), record_verb(),
-        seal_verb(),        archive_verb(),    population_verb(), fleet_verb(),       serve_verb()};
+        list_verb(),     init_verb(),        inspect_verb(), simulate_verb(), identify_verb(), predict_verb(),
+        validate_verb(), compensate_verb(),  report_verb(),  export_verb(),   compare_verb(),  certificate_verb(),
+        convert_verb(),  rehearse_verb(),    run_verb(),     resume_verb(),   stop_verb(),     answer_verb(),
+        station_verb(),  virtual_rig_verb(), record_verb(),  seal_verb(),     archive_verb(),  population_verb(),
+        fleet_verb(),    serve_verb()};
     verbs.push_back(completion_verb(verbs));
     return run_command_line(argc, argv, verbs, terminal);
   } catch (const Error& error) {

@@ -12,6 +12,7 @@
 #include "run_display.hpp"
 #include "tumble/desk/archived_run.hpp"
 #include "tumble/formats/atomic_file.hpp"
+#include "tumble/tasks/departed.hpp"
 #include "tumble/units/error.hpp"
 #include "verbs.hpp"
 #include "wall_clock.hpp"
@@ -22,7 +23,7 @@ namespace {
 struct RehearseArguments {
   std::string plan, output, station, faults, speed;
   std::uint64_t seed = 1;
-  std::vector<std::string> sets;
+  std::vector<std::string> sets, departures;
   ArchiveOptions archive;
 };
 
@@ -47,10 +48,31 @@ Rehearsal rehearsal_of(const RehearseArguments& arguments) {
   return rehearsal;
 }
 
+/// The plan as it is carried out with the departures; absent: there are no departures.
+std::optional<DepartedPlan> depart_from_plan(const RehearseArguments& arguments, Plan& plan) {
+  if (arguments.departures.empty()) return std::nullopt;
+  auto departed = departed_plan(plan, wanted_departures(arguments.departures), arguments.seed);
+  plan = departed.carried_out;
+  return departed;
+}
+
+/// What departures change in the recordings of the rehearsal.
+void depart_recordings(const DepartedPlan& departed, const std::vector<SealedRecording>& sealed) {
+  for (const SealedRecording& one : sealed) {
+    Recordings recordings{read_recording(one.path, {}, {})};
+    depart(departed, recordings);
+    if (recordings.size() != 1)
+      throw Error(Error::Kind::bad_input,
+                  "the departure divides the recording, which a rehearsal cannot do: simulate it");
+    write_recording(recordings.front(), one.path);
+  }
+}
+
 int run(const RehearseArguments& arguments, const Terminal& terminal) {
   std::optional<Archive> archive;  // a rehearsal is archived only where --archive asks for it
   if (!arguments.archive.address.empty()) archive = optional_archive(arguments.archive);
   Rehearsal rehearsal = rehearsal_of(arguments);
+  const auto departed = depart_from_plan(arguments, rehearsal.plan);
   if (!terminal.quiet)
     rehearsal.company.note = [&terminal](const Note& note, double time) {
       print(note_line(note, time, terminal.language));
@@ -78,6 +100,7 @@ int run(const RehearseArguments& arguments, const Terminal& terminal) {
   print_said(terminal, say("\n{}: {}\n{} rehearsed in {:.1f} s\n", Name{arguments.plan},
                            said_ending(rehearsed.end.ending, rehearsed.end.text), Name{duration(rehearsed.simulated)},
                            wall_time() - begin));
+  if (departed) depart_recordings(*departed, rehearsed.recordings);
   for (const SealedRecording& sealed : rehearsed.recordings) note(terminal, say("wrote {}", Name{sealed.path}));
   if (archive && !rehearsed.recordings.empty())
     note_deposited(terminal, put_in(*archive, deposit_of_run(rehearsal.folder), act_of(arguments.archive)));
@@ -95,6 +118,7 @@ Verb rehearse_verb() {
             "recording to write, .h5 (default: <plan>.h5 in this folder); the run is kept in a folder of that name"},
            {"--station", &arguments->station, "station file; without it one is made from the rig of the plan"},
            {"--faults", &arguments->faults, "file of faults that happen during the run"},
+           departure_argument(arguments->departures),
            {"--seed", &arguments->seed, "seed of the random numbers"},
            archive_argument(arguments->archive),
            by_argument(arguments->archive),

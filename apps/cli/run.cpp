@@ -184,11 +184,12 @@ void stay_with_the_rig() {
 }
 
 /// The rig of the plan, where it is to be played here: a real one at these links would have to be elsewhere.
-std::unique_ptr<ServedRig> rig_played_here(const PlannedRunAtStation& run) {
+std::unique_ptr<ServedRig> rig_played_here(PlannedRunAtStation& run) {
   if (run.rig.empty()) return nullptr;
   if (!is_here(run.station))
     throw Error(Error::Kind::bad_input,
                 "--virtual-rig: the station has devices that are not on this computer: a run would move them");
+  run.seed = ServedRig::seed;
   return std::make_unique<ServedRig>(run.plan, run.station, run.speed);
 }
 

@@ -37,6 +37,15 @@ Argument topic_argument(std::vector<std::string>& topics) {
           .type = "NAME"};
 }
 
+Argument departure_argument(std::vector<std::string>& departures) {
+  return {.name = "--departure",
+          .value = &departures,
+          .description =
+              "in which the test departs from its plan: see `tumble list departures`;\nclock_fast=\"300 ppm\", "
+              "positions_offset:head=\"20 arcsec\"; repeatable",
+          .type = "NAME[:TARGET][=SIZE]"};
+}
+
 tumble::Sets parse_sets(const std::vector<std::string>& texts, const std::vector<std::string>& topics) {
   tumble::Sets sets;
   for (const auto& topic : topics) sets.emplace_back("topic", topic);

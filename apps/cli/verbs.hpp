@@ -57,6 +57,7 @@ Verb record_verb();
 Verb seal_verb();
 Verb archive_verb();
 Verb population_verb();
+Verb validate_verb();
 Verb fleet_verb();
 
 /// Exit status of a wrong command line, plan or option.
@@ -70,6 +71,8 @@ Argument sets_argument(std::vector<std::string>& texts, std::string what);
 Argument reading_sets(std::vector<std::string>& texts, const std::string& before = "information that the file");
 /// The repeatable option --topic NAME, for logs that hold several streams.
 Argument topic_argument(std::vector<std::string>& topics);
+/// The repeatable option --departure NAME[:TARGET][=SIZE], for tests that are not carried out as planned.
+Argument departure_argument(std::vector<std::string>& departures);
 /// `topics` are what --topic names. Throws Error::bad_input for a text without "=".
 tumble::Sets parse_sets(const std::vector<std::string>& texts, const std::vector<std::string>& topics = {});
 

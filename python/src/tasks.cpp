@@ -12,8 +12,10 @@
 #include "bindings.hpp"
 #include "tumble/report/report.hpp"
 #include "tumble/tasks/catalogue.hpp"
+#include "tumble/tasks/departed.hpp"
 #include "tumble/tasks/export.hpp"
 #include "tumble/tasks/optimise.hpp"
+#include "tumble/tasks/validate.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/nearest.hpp"
 
@@ -104,6 +106,22 @@ Estimate predict_terms(const Plan& plan, const std::vector<std::string>& terms) 
   return terms.empty() ? predict(plan) : predict_model(plan, terms);
 }
 
+/// Given: the departure, its target and its size as people write it; each may be empty.
+Estimate validate_plan(const Plan& plan, std::size_t trials, std::uint64_t seed, const std::string& departure,
+                       const std::string& target, const std::string& size, const Call& call) {
+  Listener listener(call);
+  Unlocked unlocked;
+  ValidateOptions options{.trials = trials, .seed = seed, .departure = departure, .target = target};
+  if (!size.empty()) options.size = parse_quantity(size);
+  return report_of(validate(plan, options, listener.progress()));
+}
+
+/// The recordings of a test with departures as people write them.
+std::vector<Recording> simulate_with_departures(const Plan& plan, std::uint64_t seed,
+                                                const std::vector<std::string>& departures) {
+  return simulate_departed(plan, wanted_departures(departures), seed);
+}
+
 /// Given: sources, each as name, JSON and axis. Returned: the file for a consumer.
 std::string export_sources(const std::vector<std::tuple<std::string, std::string, std::string>>& sources,
                            const std::string& to, const Sets& sets, const std::vector<std::string>& drop,
@@ -129,6 +147,9 @@ void bind_tasks(nb::module_& module) {
   module.def("predict", &predict_terms, "plan"_a, "terms"_a, unlocked);
   module.def("optimise", &optimise_plan, "plan"_a, "criterion"_a, "total_time"_a.none(), "step"_a.none(), "terms"_a,
              "progress"_a.none());
+  module.def("validate", &validate_plan, "plan"_a, "trials"_a, "seed"_a, "departure"_a, "target"_a, "size"_a,
+             "progress"_a.none());
+  module.def("simulate_departed", &simulate_with_departures, "plan"_a, "seed"_a, "departures"_a, unlocked);
   module.def("compensate", &compensate_recording, "estimate"_a, "recording"_a, "plan"_a.none(), unlocked);
   module.def("export_results", &export_sources, "sources"_a, "to"_a, "sets"_a, "drop"_a, "inflate"_a, unlocked);
   module.def(

@@ -90,3 +90,17 @@ def test_command_and_python_predict_and_report_the_same(tree, tmp_path, command)
     command("report", tmp_path / "result.json", "-o", tmp_path / "command.html")
     tumble.report(tmp_path / "result.json", tmp_path / "python.html")
     assert (tmp_path / "python.html").read_bytes() == (tmp_path / "command.html").read_bytes()
+
+
+def test_command_and_python_validate_the_same(tree, command):
+    plan = tree / "plans/accelerometer_tumble.toml"
+    validation = tumble.validate(plan, trials=10, departure="clock_fast", size="300 ppm")
+    words = ("validate", plan, "--trials", 10, "--departure", "clock_fast", "--size", "300 ppm", "--json")
+    assert validation.to_json() == command(*words)
+
+
+def test_command_and_python_simulate_the_same_departure(tree, tmp_path, command):
+    plan = tree / "plans/accelerometer_tumble.toml"
+    command("simulate", plan, "--seed", 5, "--departure", "clock_fast=300 ppm", "-o", tmp_path / "command.h5")
+    tumble.simulate(plan, seed=5, departures=["clock_fast=300 ppm"]).save(tmp_path / "python.h5")
+    assert (tmp_path / "python.h5").read_bytes() == (tmp_path / "command.h5").read_bytes()

@@ -60,6 +60,7 @@ _HOMES: dict[str, str] = {
             "predict",
             "report",
             "simulate",
+            "validate",
         ),
     }.items()
     for name in names

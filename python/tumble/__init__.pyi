@@ -27,7 +27,18 @@ from tumble._read import from_arrays, read
 from tumble._recording import Mark, Recording
 from tumble._result import Result, load_result
 from tumble._result_parts import Covariance, Curve, Parameter, Table, Verdict
-from tumble._tasks import compensate, convert, export, identify, optimise, population, predict, report, simulate
+from tumble._tasks import (
+    compensate,
+    convert,
+    export,
+    identify,
+    optimise,
+    population,
+    predict,
+    report,
+    simulate,
+    validate,
+)
 
 __version__: str
 
@@ -82,4 +93,5 @@ __all__ = [
     "rigs",
     "simulate",
     "units",
+    "validate",
 ]

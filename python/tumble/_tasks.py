@@ -47,7 +47,8 @@ def identify(
 
     Given     plan          a Plan, the path of one, the name of a method that needs none ("allan_noise"), or a Method
               recordings    recordings or their paths, in addition to those of the plan
-              settings      settings of the method, and values of the plan, as in Plan.with_
+              settings      settings of the method, and values of the plan, as in Plan.with_; "instrument.serial" states
+                            the unit, and a recording of another one is refused
               strict        raise LimitError where a limit of the plan failed or could not be decided
               memory_limit  [bytes] a file with more samples is worked through in blocks, if the method supports it
               progress      None, True (a bar), or a function of (done, what)
@@ -103,18 +104,25 @@ def simulate(
     *,
     seed: int = 1,
     settings: Mapping[str, object] | None = None,
+    departures: Iterable[str] = (),
     progress: object = None,
 ) -> Recording:
     """The test of a plan, simulated with rig and instrument.
 
-    Given     plan      a Plan or its path, with [rig], [[schedule]] and [truth]
-              seed      of the random numbers, 0 or more; the same seed gives the same samples
-              settings  values that replace those of the plan: "truth.KEY", "rig.KEY"
-    Raises    UsageError with all that the plan lacks
+    Given     plan        a Plan or its path, with [rig], [[schedule]] and [truth]
+              seed        of the random numbers, 0 or more; the same seed gives the same samples
+              settings    values that replace those of the plan: "truth.KEY", "rig.KEY"
+              departures  in which the test departs from its plan: "clock_fast=300 ppm", "order_changed"
+    Raises    UsageError with all that the plan lacks, and for a departure that divides the recording
     Example   tumble.simulate("plans/fog_thermal_bias.toml", seed=7).save("test.h5")
     """
     number = whole_of(seed, "seed", 0, (1 << 64) - 1)
-    made = plan_of(plan, settings)
+    made, wanted = plan_of(plan, settings), words_of(departures, "departures")
+    if wanted:
+        recordings = _tumble.simulate_departed(made._core, number, wanted)
+        if len(recordings) > 1:
+            raise wrong_value("departures", wanted, "accepted are those that leave one recording")
+        return Recording(recordings[0])
     with listener(progress) as call:
         return Recording(_tumble.simulate(made._core, number, call))
 
@@ -132,6 +140,36 @@ def predict(
     Raises    UsageError with all that the plan lacks
     """
     return Result(_tumble.predict(plan_of(plan, settings)._core, words_of(terms, "terms")))
+
+
+def validate(
+    plan: Plan | str | os.PathLike[str],
+    *,
+    trials: int = 100,
+    departure: str = "",
+    target: str = "",
+    size: str = "",
+    seed: int = 1,
+    settings: Mapping[str, object] | None = None,
+    progress: object = None,
+) -> Result:
+    """Whether the test of a plan holds, and what could go wrong in it without anybody noticing.
+
+    Given     plan       a Plan or its path, with a method, [rig], [[schedule]] and [truth]
+              trials     simulated tests that are carried out as planned, ten or more
+              departure  only this one, as `tumble list departures` names it; empty: all that the plan's channels allow
+              target     only where it happens to this axis or channel; empty: everything that it can happen to
+              size       only this size, "300 ppm"; empty: it is searched
+              seed       of the first test; the same seed gives the same answer
+    Returned  a Result without parameters: tables coverage, unnoticed, what_would_show_it and others, and findings
+    Raises    UsageError with all that the plan lacks
+    Example   tumble.validate("plans/static_bias.toml").tables["unnoticed"]
+    """
+    first = whole_of(seed, "seed", 0, (1 << 64) - 1)
+    made, count = plan_of(plan, settings), count_of(trials, "trials")
+    named = (text_of(departure, "departure"), text_of(target, "target"), text_of(size, "size"))
+    with listener(progress) as call:
+        return Result(_tumble.validate(made._core, count, first, *named, call))
 
 
 def optimise(

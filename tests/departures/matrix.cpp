@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tumble/checks/check.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
@@ -14,21 +13,11 @@
 namespace tumble::departures {
 namespace {
 
-/// The code of the finding whose sentence a refusal is; empty: of none.
-std::string code_of(const Error& error, const SimulatedTest& test) {
-  for (const Recording& recording : test.evidence.recordings)
-    for (const Finding& finding : run_checks(recording, &test.evidence.plan))
-      for (const Problem& problem : error.problems)
-        if (finding.severity == Finding::Severity::error && problem.what.pattern == said_of(finding).pattern)
-          return finding.code;
-  return {};
-}
-
 Answer answer(const SimulatedTest& test) {
   try {
     return answer_of(identify(test.evidence, {}), test.truth);
   } catch (const Error& error) {
-    return {.refusal = error.what(), .refusal_code = code_of(error, test)};
+    return {.refusal = error.what(), .refusal_code = code_of_refusal(error, test)};
   } catch (const std::exception& error) {
     return {.refusal = error.what()};
   }
@@ -50,20 +39,22 @@ Sound sound_tests(const Method& method, std::size_t seeds) {
 }
 
 /// The answers to a cell. Throws Error::bad_input where its test cannot be made.
-std::vector<Answer> answers_to(const Sound& sound, const Cell& cell) {
+std::vector<Answer> answers_to(const Method& method, const Sound& sound, const Cell& cell) {
   std::vector<Answer> answers(sound.tests.size());
+  const Unseen* unseen = find_unseen(cell.departure->name, method.name);
+  const bool compared = unseen == nullptr || !unseen->of_references;
   parallel_for(sound.tests.size(), [&](std::size_t i) {
     const SimulatedTest& test = sound.tests[i];
     const double size = sizes_of(*cell.departure, test, cell.target)[cell.size];
     const SimulatedTest departed = with_departure(test, *cell.departure, cell.target, size, i + 1);
     answers[i] = answer(departed);
-    answers[i].other_channels_changed = other_channels_differ(test, departed);
+    answers[i].other_channels_changed = compared && other_channels_differ(test, departed);
   });
   return answers;
 }
 
 Row judged(const Method& method, const Sound& sound, const Cell& cell, const std::string& called) {
-  const auto answers = answers_to(sound, cell);
+  const auto answers = answers_to(method, sound, cell);
   const Departure& departure = *cell.departure;
   const double size = sizes_of(departure, sound.tests.front(), cell.target)[cell.size];
   Row row{.cell = called, .unit = departure.unit, .size = size};

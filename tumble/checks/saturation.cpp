@@ -1,12 +1,15 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <vector>
 
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/each_channel.hpp"
+#include "tumble/checks/support/grain.hpp"
+#include "tumble/checks/support/signals.hpp"
 #include "tumble/checks/support/texture.hpp"
-#include "tumble/checks/support/turns.hpp"
 #include "tumble/math/extremes.hpp"
+#include "tumble/math/median.hpp"
 
 namespace tumble::checks::saturation {
 
@@ -25,6 +28,11 @@ constexpr double abrupt_step = 4.0;
 constexpr double wide_range = 2.0 * abrupt_step;  ///< [quanta] from lowest to highest: room for two such steps
 constexpr std::size_t least_plateaus = 10, least_in_plateaus = 20;  ///< and their samples: each has two
 constexpr double one_step = 1.5;  ///< [quanta, pulses] less than this is one step or none
+constexpr std::size_t no_peak =
+    32;  ///< samples in a row that no peak of a noisy tone has; a motion runs into a clipped segment
+/// [pulses] of the median change in the usual segment, from which on no position counts alike by itself: rounding moves
+/// neighbours by one.
+constexpr double noisy_change = 2.0;
 /// [1] of the pairs of places that are alike where the peak of a tone repeats with the samples: two patterns at equal
 /// shares give 0.5. What is cut off stands between all kinds of values, which gives next to none: half of 0.5
 /// separates.
@@ -69,6 +77,16 @@ std::size_t abrupt_plateaus(const std::vector<double>& values, double extreme, d
   return plateaus;
 }
 
+/// Samples of the longest run of a value.
+std::size_t longest_run(const std::vector<double>& values, double value) {
+  std::size_t longest = 0, run = 0;
+  for (const double one : values) {
+    run = one == value ? run + 1 : 0;
+    longest = std::max(longest, run);
+  }
+  return longest;
+}
+
 /// Whether the extreme value comes with the same neighbours to the quantum again and again, as in an oscillation that
 /// repeats with the samples (50 Hz at 200 a second) and whose peak, or the two samples about it, is the same number
 /// every time. What is cut off stands between all kinds of values. Judged by 256 of the places at most.
@@ -89,20 +107,41 @@ bool comes_in_one_pattern(const std::vector<double>& values, double extreme, dou
   return pairs > 0 && static_cast<double>(alike) > pattern_share * static_cast<double>(pairs);
 }
 
+/// The samples of each segment.
+std::vector<std::span<const double>> segments_of(const Channel& channel, const std::vector<Mark>& marks) {
+  std::vector<std::span<const double>> segments;
+  const std::size_t size = channel.values.size();
+  for (std::size_t m = 0; m < marks.size(); ++m) {
+    const std::size_t begin = std::min(index_at(channel, marks[m].begin), size);
+    const std::size_t end = m + 1 < marks.size() ? std::min(index_at(channel, marks[m + 1].begin), size) : size;
+    segments.push_back(std::span(channel.values).subspan(begin, std::max(begin, end) - begin));
+  }
+  return segments;
+}
+
+/// Median of how far neighbours in a segment differ [u], of the usual segment.
+double usual_change(const std::vector<std::span<const double>>& segments) {
+  std::vector<double> changes;
+  for (const auto& values : segments) {
+    std::vector<double> own;
+    for (std::size_t i = 1; i < values.size(); ++i)
+      if (const double change = std::abs(values[i] - values[i - 1]); !std::isnan(change)) own.push_back(change);
+    if (!own.empty()) changes.push_back(median(std::move(own)));
+  }
+  return changes.empty() ? 0.0 : median(std::move(changes));
+}
+
 /// Counts of a position that a quiet unit shows, all the same but for one pulse: no pile at the end of a range. Whether
-/// that is what the position should show is for the method to judge.
+/// that is what the position should show is for the method to judge. A unit whose other positions are noisy is not quiet.
 bool quiet_position(const Channel& channel, const std::vector<Mark>& marks, double extreme) {
   if (channel.kind != QuantityKind::count || marks.empty()) return false;
+  const auto segments = segments_of(channel, marks);
+  const double pulse = channel.unit.factor();
+  if (usual_change(segments) > noisy_change * pulse) return false;
   std::size_t there = 0, near = 0, all = 0;
-  for (std::size_t m = 0; m < marks.size(); ++m) {
-    const std::size_t begin = std::min(index_at(channel, marks[m].begin), channel.values.size());
-    const std::size_t end = m + 1 < marks.size()
-                                ? std::min(index_at(channel, marks[m + 1].begin), channel.values.size())
-                                : channel.values.size();
-    const auto values = std::span(channel.values).subspan(begin, std::max(begin, end) - begin);
+  for (const auto& values : segments) {
     const auto at = static_cast<std::size_t>(std::ranges::count(values, extreme));
     if (at <= there) continue;
-    const double pulse = channel.unit.factor();
     there = at, all = values.size();
     near = static_cast<std::size_t>(
         std::ranges::count_if(values, [&](double v) { return std::abs(v - extreme) <= one_step * pulse; }));
@@ -130,6 +169,9 @@ Findings look_at(const Channel& channel, const std::vector<Mark>& marks) {
     low.add(-value);
   }
   const Texture texture = texture_of(channel.values);
+  // where a position keeps to one of few values, this is no pile
+  const bool shows_noise =
+      texture.noisy && (channel.kind == QuantityKind::count || !is_coarse(grain_of(channel.values)));
   const bool wide = high.extreme + low.extreme > wide_range * texture.quantum;
   for (const auto& [end, sign] : {std::pair{high, 1.0}, std::pair{low, -1.0}}) {
     const double extreme = sign * end.extreme;
@@ -138,18 +180,21 @@ Findings look_at(const Channel& channel, const std::vector<Mark>& marks) {
       return end.at_extreme >= least_in_plateaus &&
              abrupt_plateaus(channel.values, extreme, texture.quantum, length) >= least_plateaus;
     };
-    const bool piled = texture.noisy && piled_up(end) && !quiet_position(channel, marks, extreme);
+    const bool piled = shows_noise && piled_up(end) && !quiet_position(channel, marks, extreme);
     const bool cut_off = piled || plateaus(2);
-    if (cut_off && (plateaus(3) || !comes_in_one_pattern(channel.values, extreme, texture.quantum)))
+    const bool long_pile = piled && longest_run(channel.values, extreme) >= no_peak;
+    if (cut_off && (long_pile || plateaus(3) || !comes_in_one_pattern(channel.values, extreme, texture.quantum)))
       findings.push_back(finding(channel, extreme, end.at_extreme, sign > 0.0));
   }
   return findings;
 }
 
-Findings run(const Recording& recording, const Plan*) {
+/// An angle rests at the end of its travel, and a set point at its highest value: neither has a range that ends there.
+Findings run(const Recording& recording, const Plan* plan) {
   return findings_of_each(recording, [&](const Channel& channel) {
-    const auto turned = without_wraps(channel);
-    return look_at(turned ? *turned : channel, recording.marks);
+    const bool has_range =
+        is_signal(channel, plan) || channel.kind == QuantityKind::temperature || channel.kind == QuantityKind::other;
+    return has_range ? look_at(channel, recording.marks) : Findings{};
   });
 }
 

@@ -3,6 +3,8 @@
 
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/each_channel.hpp"
+#include "tumble/checks/support/grain.hpp"
+#include "tumble/checks/support/signals.hpp"
 #include "tumble/checks/support/texture.hpp"
 #include "tumble/math/extremes.hpp"
 
@@ -133,7 +135,12 @@ bool carries_the_answer(QuantityKind kind) {
   return kind == QuantityKind::angular_rate || kind == QuantityKind::specific_force || kind == QuantityKind::velocity;
 }
 
-Findings look_at(const Channel& channel, const std::vector<Mark>& marks, bool one_segment) {
+/// Runs of one value in a noisy channel. A temperature may be noisy too, an angle stands still where its axis does.
+bool may_be_stuck(const Channel& channel, const Plan* plan) {
+  return is_signal(channel, plan) || channel.kind == QuantityKind::temperature || channel.kind == QuantityKind::other;
+}
+
+Findings look_at(const Channel& channel, const std::vector<Mark>& marks, bool one_segment, bool runs) {
   const auto [lowest, highest, present, at_lowest, at_highest] = extremes_of(channel.values);
   if (present < 2) return {};
   if (lowest == highest) {
@@ -144,11 +151,14 @@ Findings look_at(const Channel& channel, const std::vector<Mark>& marks, bool on
              {{"value", lowest, channel.unit}},
              channel.name}};
   }
+  if (!runs) return {};
   const Texture texture = texture_of(channel.values);
   if (!texture.noisy) return {};
   const std::size_t shortest = improbable_length(channel.values.size(), texture.repeats);
   const Stuck stuck = stuck_runs(channel, borders_of(channel, marks), shortest, lowest, highest);
   if (stuck.times == 0) return {};
+  if (channel.kind != QuantityKind::count && is_coarse(grain_of(channel.values)))
+    return {};  // rests at one of its steps
   const double length = channel.time(stuck.longest_begin + stuck.longest - 1) - channel.time(stuck.longest_begin);
   return {{Finding::Severity::warning,
            "stuck_output",
@@ -165,8 +175,9 @@ bool holds_one_segment(const Recording& recording, const Plan* plan) {
 
 Findings run(const Recording& recording, const Plan* plan) {
   const bool one_segment = holds_one_segment(recording, plan);
-  return findings_of_each(recording,
-                          [&](const Channel& channel) { return look_at(channel, recording.marks, one_segment); });
+  return findings_of_each(recording, [&](const Channel& channel) {
+    return look_at(channel, recording.marks, one_segment, may_be_stuck(channel, plan));
+  });
 }
 
 }  // namespace

@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "tumble/checks/check.hpp"
 #include "tumble/math/extremes.hpp"
+#include "tumble/math/median.hpp"
 
 namespace tumble::checks::units {
 
@@ -12,6 +14,9 @@ namespace {
 /// [K] below which a temperature in kelvin was meant in degC. Chosen: instruments are tested from -55 degC (218 K) to
 /// about 120 degC. Doubled, tests in the cold would be accused.
 constexpr double coldest = 120.0;
+/// [K] between which all values lie of a temperature in degC that was meant in kelvin: -73 degC to 150 degC, shifted by 273.15 K.
+/// Chosen: sensors are tested at 200 degC at most, and a test whose coldest sample is hotter would be accused.
+constexpr double coldest_of_kelvin = 473.15, hottest_of_kelvin = 696.3;
 
 bool raw_output(const Unit& unit) {
   static const Dimension raw[] = {Unit::parse("count").dimension(), Unit::parse("V").dimension(),
@@ -61,13 +66,46 @@ void look_at_unit(const Channel& channel, std::string_view name, Findings& findi
 
 void look_at_temperature(const Channel& channel, Findings& findings) {
   if (channel.kind != QuantityKind::temperature) return;
-  const double lowest = extremes_of(channel.values).lowest;
-  if (channel.unit.offset() != 0.0 && lowest < 0.0)
+  const auto [lowest, highest, present, at_lowest, at_highest] = extremes_of(channel.values);
+  if (present == 0) return;
+  if (channel.unit.offset() != 0.0 && lowest > coldest_of_kelvin && highest < hottest_of_kelvin)
+    findings.push_back({Finding::Severity::warning,
+                        "probably_kelvin",
+                        {{"lowest", lowest, channel.unit}, {"unit", channel.unit.text()}},
+                        channel.name});
+  else if (channel.unit.offset() != 0.0 && lowest < 0.0)
     findings.push_back(
         {Finding::Severity::warning, "below_absolute_zero", {{"lowest", lowest, channel.unit}}, channel.name});
   else if (channel.unit.offset() == 0.0 && lowest < coldest && promise_of(channel.name) != nullptr)
     findings.push_back(
         {Finding::Severity::warning, "implausibly_cold", {{"lowest", lowest, channel.unit}}, channel.name});
+}
+
+/// The decimal place of which all counts are whole multiples, and by a few of which they change: counts in thousands.
+/// Means of counts have as many digits as they were written with, and change by far more of the last one.
+void look_at_counts(const Channel& channel, Findings& findings) {
+  constexpr double most_steps = 100.0, digits = 1e-6;
+  constexpr std::size_t least_changes = 16;
+  if (channel.kind != QuantityKind::count) return;
+  const auto& x = channel.values;
+  const auto whole = [&](double factor) {
+    return std::ranges::all_of(x, [&](double value) {
+      return std::isnan(value) || std::abs(value * factor - std::round(value * factor)) < digits;
+    });
+  };
+  if (whole(1.0)) return;
+  for (const double factor : {10.0, 100.0, 1e3, 1e6}) {
+    if (!whole(factor)) continue;
+    std::vector<double> changes;
+    for (std::size_t i = 1; i < x.size(); ++i)
+      if (const double change = std::abs(x[i] - x[i - 1]); !std::isnan(change)) changes.push_back(change);
+    if (changes.size() < least_changes || median(std::move(changes)) * factor > most_steps) return;
+    findings.push_back({Finding::Severity::warning,
+                        "counts_not_whole",
+                        {{"step", 1.0 / factor}, {"factor", static_cast<long long>(factor)}},
+                        channel.name});
+    return;
+  }
 }
 
 using Triad = std::array<const Channel*, 3>;
@@ -120,13 +158,17 @@ Findings run(const Recording& recording, const Plan* plan) {
     if (names.empty()) names.push_back(channel.name);
     for (const auto& name : names) look_at_unit(channel, name, findings);
     look_at_temperature(channel, findings);
+    look_at_counts(channel, findings);
   }
   return findings;
 }
 
 }  // namespace
 
-extern const Check units{
-    "units", "units that do not fit the purpose of the channel, impossible temperatures, and g written as m/s^2", run};
+extern const Check units{"units",
+                         "units that do not fit the purpose of the channel, impossible temperatures, counts that are "
+                         "not whole, and g written "
+                         "as m/s^2",
+                         run};
 
 }  // namespace tumble::checks::units

@@ -30,14 +30,33 @@ bool reads_a_buffer(std::vector<double> pauses, double all) {
   return 2 * static_cast<std::size_t>(near) > pauses.size() && all - paused < reading * all;
 }
 
+/// Up to 10 000 intervals between neighbours, in pieces that are spread over the record: every second one of the whole record
+/// would miss the pauses of a buffer that is read after every eight samples.
+std::vector<double> some_intervals(const Stamps& t) {
+  constexpr std::size_t pieces = 100, of_each = 100;
+  const std::size_t all = t.size() - 1;
+  std::vector<double> intervals;
+  const auto add = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) intervals.push_back(t[i + 1] - t[i]);
+  };
+  if (all <= pieces * of_each) {
+    add(0, all);
+  } else {
+    for (std::size_t k = 0; k < pieces; ++k) {
+      const std::size_t begin = k * (all - of_each) / (pieces - 1);
+      add(begin, begin + of_each);
+    }
+  }
+  return intervals;
+}
+
 /// The interval that most of the neighbours keep to for most of the time, from up to 10 000 of them spread over the
 /// record; 0 when they do not keep to one. Samples that are lost one by one leave a few of its multiples; in a burst
 /// the common interval takes little of the time.
 double common_interval(const Stamps& t) {
   constexpr double scatter = 0.25, most_multiple = 4.0, longest = 10.0;
-  const std::size_t step = 1 + t.size() / 10'000;
-  std::vector<double> intervals, pauses;
-  for (std::size_t i = 0; i + 1 < t.size(); i += step) intervals.push_back(t[i + 1] - t[i]);
+  const std::vector<double> intervals = some_intervals(t);
+  std::vector<double> pauses;
   const double middle = median(intervals);
   double near = 0.0, multiples = 0.0, all = 0.0, time = 0.0;
   std::size_t count = 0;

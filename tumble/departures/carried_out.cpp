@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
+#include <map>
 
 #include "tumble/departures/departure.hpp"
 #include "tumble/models/model.hpp"
@@ -36,9 +38,35 @@ bool can_be_simulated(const Plan& plan) {
          !plan.truth.texts().empty();
 }
 
+/// What the test makes of a sample of the simulation: its electronics, as a line from one sample to the next greater one.
+class Electronics {
+ public:
+  Electronics(const Channel& simulated, const Channel& channel) {
+    for (std::size_t i = 0; i < channel.values.size(); ++i)
+      if (!std::isnan(channel.values[i])) shown_.emplace(simulated.values[i], channel.values[i]);
+  }
+  double operator()(double sample) const {
+    auto above = shown_.upper_bound(sample);
+    if (above == shown_.end()) --above;
+    if (above == shown_.begin()) ++above;
+    const auto below = std::prev(above);
+    return below->second + (sample - below->first) / (above->first - below->first) * (above->second - below->second);
+  }
+  bool known() const { return shown_.size() > 1; }
+
+ private:
+  std::map<double, double> shown_;
+};
+
 /// The samples of a channel where the plan was carried out in another way. What the test added to those of the
-/// simulation is added again.
+/// simulation is added again; a channel in another unit passes through the electronics of the test again.
 void carry_over(const Channel& before, const Channel& after, Channel& channel) {
+  if (!(channel.unit.dimension() == before.unit.dimension()) && before.values.size() == after.values.size()) {
+    const Electronics electronics(before, channel);
+    for (std::size_t i = 0; electronics.known() && i < channel.values.size(); ++i)
+      if (!std::isnan(channel.values[i])) channel.values[i] = electronics(after.values[i]);
+    return;
+  }
   if (same_samples(channel.values, before.values)) {
     channel.values = after.values;
     return;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <set>
 
+#include "tumble/checks/check.hpp"
 #include "tumble/departures/entries/edits.hpp"
 #include "tumble/report/rounding.hpp"
 
@@ -84,9 +85,18 @@ Answer answer_of(const Estimate& estimate, const std::vector<std::pair<std::stri
   }
   for (const Finding& finding : estimate.findings)
     if (finding.severity != Finding::Severity::info && !is_about_limit(finding)) answer.codes.push_back(finding.code);
-  if (estimate.fit.degrees_of_freedom > 0.0)
+  if (estimate.fit.degrees_of_freedom > 0.0 && std::isfinite(estimate.fit.chi_square))
     answer.reduced_chi_square = estimate.fit.chi_square / estimate.fit.degrees_of_freedom;
   return answer;
+}
+
+std::string code_of_refusal(const Error& error, const SimulatedTest& test) {
+  for (const Recording& recording : test.evidence.recordings)
+    for (const Finding& finding : run_checks(recording, &test.evidence.plan))
+      for (const Problem& problem : error.problems)
+        if (finding.severity == Finding::Severity::error && problem.what.pattern == said_of(finding).pattern)
+          return finding.code;
+  return {};
 }
 
 std::string_view name(Handling handling) {
@@ -108,11 +118,12 @@ std::string_view name(Handling handling) {
 CellVerdict judge_cell(std::span<const Answer> answers, std::span<const Answer> sound,
                        const std::vector<std::string>& told_by, bool listed) {
   CellVerdict verdict;
-  std::size_t parameters = 0;
+  std::size_t parameters = 0, named_or_refused = 0;
   for (std::size_t i = 0; i < answers.size(); ++i) {
     parameters = std::max(parameters, answers[i].deviations.size());
     verdict.refused += answers[i].refusal.empty() ? 0 : 1;
     verdict.named += names(answers[i], sound[i], told_by) ? 1 : 0;
+    named_or_refused += !answers[i].refusal.empty() || names(answers[i], sound[i], told_by) ? 1 : 0;
   }
   for (std::size_t j = 0; j < parameters; ++j)
     if (const double rms = rms_of(answers, j); rms > verdict.worst_rms || std::isnan(rms)) {
@@ -128,7 +139,7 @@ CellVerdict judge_cell(std::span<const Answer> answers, std::span<const Answer> 
   };
   if (enough(verdict.named))
     verdict.handling = Handling::named;
-  else if (enough(verdict.refused))
+  else if (enough(named_or_refused))
     verdict.handling = Handling::refused;
   else if (verdict.worst_rms < most_rms)
     verdict.handling = Handling::held;

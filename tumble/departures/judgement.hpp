@@ -7,6 +7,7 @@
 
 #include "tumble/core/estimate.hpp"
 #include "tumble/departures/departure.hpp"
+#include "tumble/units/error.hpp"
 
 /// Judges whether a result holds in spite of a departure, names it, or is wrong in silence (decision 117).
 namespace tumble {
@@ -25,6 +26,9 @@ struct Answer {
 
 /// The answer of a result to a test of known truth [SI].
 Answer answer_of(const Estimate& estimate, const std::vector<std::pair<std::string, double>>& truth);
+
+/// The code of the finding of a check whose sentence a refusal is; empty: of none.
+std::string code_of_refusal(const Error& error, const SimulatedTest& test);
 
 enum class Handling {
   held,            ///< the values are right
@@ -73,12 +77,16 @@ struct Unseen {
   const char* departure;
   const char* method;  ///< empty: of any method
   const char* reason;
+  /// Also where a reference or a stamp is what departs: nothing else was recorded that it could be compared with.
+  bool of_references = false;
 };
 /// The list, which the tests confirm: an entry counts only where the fit is not worse than in sound tests and no recorded
 /// channel contradicts.
 const std::vector<Unseen>& unseen_departures();
 /// The entry for the departure and the method, or null.
 const Unseen* find_unseen(std::string_view departure, std::string_view method);
+/// Names of those that can happen to the test of the plan: its method has an entry, and something of the test is a target.
+std::vector<std::string> unseen_in(const Plan& plan, const Recordings& recordings);
 
 /// Whether a channel that is no output, a stamp or a mark differs between the two tests.
 bool other_channels_differ(const SimulatedTest& sound, const SimulatedTest& departed);

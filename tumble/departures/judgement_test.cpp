@@ -106,7 +106,7 @@ TEST(Answers, CountInWidthsOfTheInterval) {
 TEST(Unseen, IsFoundByDepartureAndMethod) {
   EXPECT_NE(find_unseen("output_gain", "allan_noise"), nullptr);
   EXPECT_NE(find_unseen("asymmetry", "static_bias"), nullptr);
-  EXPECT_EQ(find_unseen("asymmetry", "gyro_scale_factor"), nullptr);
+  EXPECT_EQ(find_unseen("asymmetry", "sdof_gyro_dynamic"), nullptr);
 }
 
 }  // namespace

@@ -131,7 +131,7 @@ std::unique_ptr<Recorder> store_of_run(const PlannedRunAtStation& run, Disk& dis
 void note_beginning(const PlannedRunAtStation& run, const Station& station, const Course& course, double now,
                     Recorder& recorder) {
   note_facts(recorder, run.plan, course, run.who);
-  if (!run.rig.empty()) recorder.set("rig", run.rig);
+  if (!run.rig.empty()) note_played(recorder, run.rig, run.seed);
   if (!run.started.empty()) recorder.event({now, EventKind::clock, {}, say("{}", Name{run.started}), {}});
   if (const auto expired = expired_equipment(station, run.date); !run.accept_expired.empty() && !expired.empty())
     recorder.event(

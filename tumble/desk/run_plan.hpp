@@ -26,6 +26,7 @@ struct PlannedRunAtStation {
   RunCompany company = {};
   RunDesk* desk = nullptr;      ///< where others watch it and give orders; opened in the folder of the run
   std::string rig = {};         ///< "virtual": noted in the store; empty: a real one
+  std::uint64_t seed = 1;       ///< of a virtual rig
   bool show_estimates = false;  ///< the estimate so far is for people too, and not for stopping rules alone
 };
 

@@ -100,6 +100,12 @@ struct Statement {
   std::optional<GlobalRisk> global_risk;
 };
 
+/// The validation of the plan of a result (tasks/validate.hpp), as an annex.
+struct CertifiedValidation {
+  Estimate estimate;
+  std::string file, sha256;
+};
+
 /// A result, what the laboratory says of it, and the statements that follow.
 struct Certificate {
   Estimate estimate;
@@ -107,7 +113,8 @@ struct Certificate {
   std::vector<Statement> statements;
   std::optional<double> joint;  ///< [1] probability that all parameters with a statement are within their limits
   std::string result_file, result_sha256;
-  std::vector<Sentence> notes = {};  ///< what its author should look at; not printed
+  std::optional<CertifiedValidation> validation = {};  ///< absent: the certificate has no annex
+  std::vector<Sentence> notes = {};                    ///< what its author should look at; not printed
 };
 
 /// "2026-11-02".

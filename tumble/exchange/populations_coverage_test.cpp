@@ -5,6 +5,7 @@
 #include <map>
 #include <mutex>
 
+#include "tumble/core/testing/asserts.hpp"
 #include "tumble/exchange/comparison.hpp"
 #include "tumble/exchange/populations.hpp"
 #include "tumble/exchange/testing/fleet.hpp"
@@ -12,6 +13,7 @@
 #include "tumble/math/square.hpp"
 #include "tumble/reduce/with_prior.hpp"
 #include "tumble/report/rounding.hpp"
+#include "tumble/rigs/error_names.hpp"
 
 namespace tumble {
 namespace {
@@ -109,6 +111,41 @@ TEST(PriorCoverage, SharedErrorsOfTheRigAreCounted) {
   RecordProperty("held", std::to_string(held.mean()));
   EXPECT_GE(held.mean(), 0.95 - 4.0 * held.sd());
   EXPECT_LE(held.mean(), 0.99);
+}
+
+// All units on one rig that no plan names. Taken as errors of each result alone, 0.7 of the intervals hold where 0.95 are
+// stated.
+TEST(PriorCoverage, ARigThatNoPlanNamesIsCounted) {
+  const FleetModel model{.spread = 0.5, .shared = 2.0};
+  const auto without_key = [](Estimate estimate) {
+    for (auto& line : estimate.budget)
+      if (line.source == "level") line.source = error_names::level_about_east, line.key.clear();
+    return estimate;
+  };
+  Share held, said;
+  held.of_fleets.resize(fleets()), said.of_fleets.resize(fleets());
+  parallel_for(fleets(), [&](std::size_t f) {
+    const auto random = RandomStream(59).split(f);
+    std::vector<TestedUnit> tested;
+    for (std::uint64_t i = 0; i < 10; ++i) {
+      const auto one = testing::fleet_result(model, random, i, 0);
+      tested.push_back({one.estimate.instrument_serial, "", false, without_key(one.estimate)});
+    }
+    const auto population = population_of_units("m", "accelerometer_tumble", tested);
+    said.of_fleets[f] = has_finding(population.findings, "rig_not_stated") ? 1.0 : 0.0;
+    double inside = 0.0, all = 0.0;
+    for (std::uint64_t i = 0; i < 20; ++i) {
+      const auto unit = testing::fleet_result(model, random, 1000 + i, 0);
+      const auto own = without_key(unit.estimate);
+      const auto use = with_population(own, population);
+      const Estimate& estimate = use.with_prior ? *use.with_prior : own;
+      for (std::size_t k = 0; k < 3; ++k, all += 1.0) inside += holds(estimate, k, unit.truth[k]);
+    }
+    held.of_fleets[f] = inside / all;
+  });
+  RecordProperty("held", std::to_string(held.mean()));
+  EXPECT_GE(held.mean(), 0.95 - 4.0 * held.sd());
+  EXPECT_NEAR(said.mean(), 1.0, 1e-9);
 }
 
 // 8 units on 2 to 3 days of 2 results, 3 rigs whose stated errors are shared by key.

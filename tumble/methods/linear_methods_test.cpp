@@ -346,6 +346,58 @@ TEST(Linear, AStatedBiasInstabilityFarTooSmallIsSaid) {
   EXPECT_FALSE(says_so(300.0));
 }
 
+/// The findings of a trial whose output has been changed.
+Findings findings_with(const char* method,
+                       const std::function<void(std::vector<double>& values, double step)>& change) {
+  Trial trial = trial_of(find_method(method), 2);
+  for (Channel& channel : trial.evidence.recordings.front().channels)
+    if (channel.name == "gyro" || channel.name == "accelerometer") change(channel.values, 1.0 / channel.timeline.rate);
+  return find_method(method).identify(trial.evidence, {}).findings;
+}
+
+void pass_first_order(std::vector<double>& values, double part) {
+  double state = values.front();
+  for (double& value : values) value = state += part * (value - state);
+}
+
+TEST(Linear, AnUnstatedFilterIsNamedWithItsLag) {
+  const auto filtered = [](std::vector<double>& values, double step) {
+    pass_first_order(values, step / (step + 0.03));
+  };
+  const auto findings = findings_with("accelerometer_dynamic", filtered);
+  const auto finding = std::ranges::find(findings, "output_lags", &Finding::code);
+  ASSERT_NE(finding, findings.end());
+  EXPECT_NEAR(std::get<double>(finding->values.at(0).value), 0.03, 0.002);
+  EXPECT_TRUE(has_finding(findings, "motion_differs_from_model"));
+  EXPECT_TRUE(has_finding(findings_with("sdof_gyro_dynamic", filtered), "K_I_is_a_lag"));
+}
+
+TEST(Linear, PolaritiesThatDifferAreNamedWithTheirDifference) {
+  const auto findings = findings_with("accelerometer_dynamic", [](std::vector<double>& values, double) {
+    for (double& value : values) value *= value > 0.0 ? 1.0003 : 1.0;
+  });
+  const auto finding = std::ranges::find(findings, "output_asymmetric", &Finding::code);
+  ASSERT_NE(finding, findings.end());
+  EXPECT_NEAR(std::get<double>(finding->values.at(0).value), 300e-6, 30e-6);
+}
+
+TEST(Linear, SegmentsThatBeginWhileTheOutputChangesAreNamed) {
+  const auto slow = [](std::vector<double>& values, double step) { pass_first_order(values, step / (step + 2.0)); };
+  EXPECT_TRUE(has_finding(findings_with("sdof_gyro_static", slow), "segments_begin_unsettled"));
+}
+
+TEST(Linear, SoundTestsLackNoTerm) {
+  const auto as_it_is = [](std::vector<double>&, double) {};
+  for (const char* method : {"sdof_gyro_static", "polar_axis_tumble", "sdof_gyro_dynamic", "accelerometer_dynamic",
+                             "accelerometer_tumble", "gyro_scale_factor"}) {
+    const auto findings = findings_with(method, as_it_is);
+    for (const char* code :
+         {"output_asymmetric", "output_not_linear", "output_lags", "output_drifts_along_test", "output_steps",
+          "output_follows_axis", "motion_differs_from_model", "segments_begin_unsettled", "K_I_is_a_lag"})
+      EXPECT_FALSE(has_finding(findings, code)) << method << " " << code;
+  }
+}
+
 TEST(Linear, AnAveragingOrBiasInstabilityOfZeroIsRefused) {
   Problems problems;
   resolve(linear::options("5 s", "10 s"), {{"averaging", "0 s", "--set", true}}, "method", problems);

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "tumble/core/unit_facts.hpp"
 #include "tumble/recorder/disk.hpp"
 #include "tumble/recorder/run_row.hpp"
 #include "tumble/wire/frames.hpp"
@@ -20,8 +21,8 @@ namespace tumble {
 /// Names in a run folder.
 inline constexpr std::string_view live_store_name = "live.sqlite", reserve_name = "reserve";
 
-/// Facts of a run about one slot: "unit a" is the serial number of its unit, "sealed.a" the checksum of its recording.
-inline constexpr std::string_view unit_fact = "unit", sealed_fact = "sealed";
+/// Fact of a run about one slot: "sealed.a" is the checksum of its recording, as "unit a" is the serial number of its unit.
+inline constexpr std::string_view sealed_fact = "sealed";
 
 /// A link whose bytes are kept.
 struct StoreLink {

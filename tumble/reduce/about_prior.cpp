@@ -6,6 +6,7 @@
 #include "tumble/core/columns.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/reduce/prior_rows.hpp"
+#include "tumble/reduce/rig_keys.hpp"
 #include "tumble/reduce/with_prior.hpp"
 #include "tumble/units/text_parts.hpp"
 
@@ -98,6 +99,7 @@ Findings about_prior(const Estimate& result, const PriorUse& use) {
                         "unit_not_of_population",
                         {{"units", units}, {"together", use.belongs}, {"single", use.belongs_by_one}}});
   if (units < many_units) findings.push_back({Severity::warning, "prior_of_few_units", {{"units", units}}});
+  for (auto& finding : rig_keys::about_keys({&result, &population})) findings.push_back(std::move(finding));
   for (const auto& input : population.provenance.inputs)
     if (!result.instrument_serial.empty() && serial_of(input.file) == result.instrument_serial)
       findings.push_back({Severity::warning, "prior_holds_unit", {{"serial", result.instrument_serial}}});

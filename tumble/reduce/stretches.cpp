@@ -8,10 +8,13 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "tumble/clocks/clock.hpp"
 #include "tumble/clocks/stamp_slack.hpp"
+#include "tumble/reduce/order_of_marks.hpp"
+#include "tumble/reduce/table/kept_motion.hpp"
 #include "tumble/sim/power_up.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
@@ -89,30 +92,15 @@ bool stands_alone(const Evidence& evidence, std::size_t recording) {
   return recording < entries.size() && !entries[recording].segment.empty();
 }
 
-/// Where the segments of a plan's schedule stand among the power-ups.
-struct SegmentPlace {
-  std::size_t power_up = 0, segment = 0;
-};
-using SegmentPlaces = std::vector<SegmentPlace>;
-
-/// Adds the power-ups of a plan, as its schedule says. With `alone` each segment is one by itself, as it is where it
-/// was recorded in a file of its own.
-SegmentPlaces add_power_ups(const Plan& plan, std::size_t number, bool alone, double rate, ConductedTest& test) {
-  SegmentPlaces places;
-  auto power_ups = alone ? std::vector<PowerUp>{} : power_ups_of(plan, rate);
-  double begin = 0.0;
-  for (std::size_t s = 0; alone && s < plan.schedule.size(); ++s) {
-    if (s > 0 && plan.schedule[s].run != plan.schedule[s - 1].run) begin = 0.0;
-    power_ups.push_back(power_up_of(plan, {standing_alone(plan.schedule, s)}, rate));
-    power_ups.back().offset = begin;
-    begin += plan.schedule[s].duration;
-  }
-  for (auto& power_up : power_ups) {
+/// Adds the power-ups of a plan. Returned: where the segments of its schedule stand among those of the test.
+std::vector<Conducted::Place> add_power_ups(Conducted power_ups, std::size_t number, ConductedTest& test) {
+  for (auto& place : power_ups.places)
+    if (place.power_up != Conducted::nowhere) place.power_up += test.power_ups.size();
+  for (auto& power_up : power_ups.power_ups) {
     power_up.plan_number = number;
-    for (std::size_t s = 0; s < power_up.rig.segments.size(); ++s) places.push_back({test.power_ups.size(), s});
     test.power_ups.push_back(std::move(power_up));
   }
-  return places;
+  return power_ups.places;
 }
 
 bool passed_over(const Segment& segment, const StretchOptions& options) {
@@ -159,9 +147,35 @@ bool has_samples(const Channel& channel, double begin, double end) {
   return false;
 }
 
+/// One recording: the channel that is used, its rate [Hz], and the encoders beside it.
+struct ReadFrom {
+  const Channel& channel;
+  double rate = 0.0;
+  std::vector<table::Encoder> encoders;
+};
+
+/// Leaves out what the encoders show of the moves before and after a segment, where these are not over, or begun, when the
+/// plan and the marks say.
+void leave_out_moves(const ReadFrom& source, const PowerUp& power_up, const StretchOptions& options, Stretch& stretch) {
+  const Segment& segment = power_up.rig.segments[stretch.segment];
+  if (from_beginning(segment, options)) return;
+  const double settled = stretch.power_on + settled_at(power_up, stretch.segment), end = stretch.end;
+  for (const auto& encoder : source.encoders) {
+    const Motion* motion = table::motion_of(segment, encoder.axis);
+    if (motion != nullptr && motion->continued) continue;
+    const table::Kept kept = table::kept_motion(encoder, motion, settled, end);
+    // a rate that goes on from a recorded angle was reached at another time: perhaps within the first sample
+    const bool elsewhere = motion != nullptr && motion->kind == Motion::Kind::rate && motion->from.has_value();
+    const double from = elsewhere && kept.from == settled ? settled + 1.0 / source.rate : kept.from;
+    if (from > settled) stretch.begin = std::max(stretch.begin, from + options.settling);
+    stretch.end = std::min(stretch.end, kept.until);
+  }
+}
+
 /// Adds the samples of one marked segment, or a finding why not.
-void add_stretch(const Channel& channel, double rate, const MarkedSegment& marked, const SegmentPlace& place,
+void add_stretch(const ReadFrom& source, const MarkedSegment& marked, const Conducted::Place& place,
                  const StretchOptions& options, ConductedTest& test) {
+  const auto& [channel, rate, encoders] = source;
   const PowerUp& power_up = test.power_ups[place.power_up];
   if (passed_over(power_up.rig.segments[place.segment], options)) return;
   Stretch out{.power_up = place.power_up,
@@ -177,6 +191,7 @@ void add_stretch(const Channel& channel, double rate, const MarkedSegment& marke
   // A move may begin within a sample, which is then its first.
   if (from_beginning(power_up.rig.segments[place.segment], options))
     out.begin -= 1.0 / rate - 2.0 * stamp_slack(out.begin, 1.0 / rate);
+  leave_out_moves(source, power_up, options, out);
   auto samples = even_samples(channel, rate, out.begin, out.end, options.scale);
   out.first = samples.first - out.power_on;
   out.step = samples.step;
@@ -193,8 +208,8 @@ void add_stretch(const Channel& channel, double rate, const MarkedSegment& marke
 }
 
 /// Adds a segment of a plan that was not yet carried out.
-void add_planned(const PowerUp& power_up, SegmentPlace place, std::size_t start, const StretchOptions& options,
-                 ConductedTest& test) {
+void add_planned(const PowerUp& power_up, const Conducted::Place& place, std::size_t start,
+                 const StretchOptions& options, ConductedTest& test) {
   const Segment& segment = power_up.rig.segments[place.segment];
   if (passed_over(segment, options)) return;
   Stretch out{.power_up = place.power_up,
@@ -268,7 +283,7 @@ void add_not_planned(std::vector<NotPlanned> sections, Findings& findings) {
 ConductedTest stretches(const Evidence& evidence, const StretchOptions& options) {
   ConductedTest test;
   std::map<const Plan*, std::size_t> numbers;
-  std::map<std::pair<const Plan*, bool>, SegmentPlaces> places;
+  std::map<std::tuple<const Plan*, bool, std::size_t>, std::vector<Conducted::Place>> places;
   Problems problems;
   std::vector<NotPlanned> not_planned;
   const auto marks = marked_segments(evidence);
@@ -280,17 +295,20 @@ ConductedTest stretches(const Evidence& evidence, const StretchOptions& options)
     if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
     const bool alone = stands_alone(evidence, r);
     const std::size_t number = numbers.try_emplace(&plan, numbers.size()).first->second;
-    if (!places.contains({&plan, alone}))
-      places[{&plan, alone}] = add_power_ups(plan, number, alone, rate * options.oversampling, test);
+    // recordings in the order of the plan share its power-ups
+    const std::tuple key{&plan, alone, alone || !in_order_of_marks(plan, marks[r]) ? evidence.recordings.size() : r};
+    if (!places.contains(key))
+      places[key] = add_power_ups(conducted(plan, marks[r], alone, rate * options.oversampling), number, test);
     if (marks[r].empty())
       throw Error(Error::Kind::bad_data,
                   "the recording does not say when its segments begin, and the plan has no schedule");
+    const ReadFrom source{channel, rate, table::encoders_of(evidence, r)};
     for (const auto& marked : marks[r]) {
       test.starts = std::max(test.starts, marked.start + 1);
       if (marked.planned == nullptr)
         not_planned.push_back({marked.label, marked.run});
       else
-        add_stretch(channel, rate, marked, places[{&plan, alone}][marked.index], options, test);
+        add_stretch(source, marked, places[key][marked.index], options, test);
     }
   }
   add_not_planned(not_planned, test.findings);
@@ -312,8 +330,8 @@ ConductedTest stretches(const Plan& plan, const StretchOptions& options) {
   ConductedTest test;
   for (const Plan* each : plans) {
     std::map<int, std::size_t> starts;
-    const auto places =
-        add_power_ups(*each, test.plans++, recorded_one_by_one(*each), each->sample_rate * options.oversampling, test);
+    const auto places = add_power_ups(
+        conducted(*each, {}, recorded_one_by_one(*each), each->sample_rate * options.oversampling), test.plans++, test);
     for (const auto& place : places) {
       const PowerUp& power_up = test.power_ups[place.power_up];
       const auto start = starts.try_emplace(power_up.rig.segments[place.segment].run, test.starts);

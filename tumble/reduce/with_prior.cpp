@@ -14,6 +14,7 @@
 #include "tumble/math/square.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/prior_rows.hpp"
+#include "tumble/reduce/rig_keys.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble {
@@ -247,8 +248,9 @@ Problems problems_of_prior(const Estimate& population, const std::string& model,
   return problems;
 }
 
-PriorUse with_population(const Estimate& whole_result, const Estimate& whole_population, bool certain) {
-  refuse_other_dimensions(whole_result, whole_population);
+PriorUse with_population(const Estimate& given, const Estimate& whole_population, bool certain) {
+  refuse_other_dimensions(given, whole_population);
+  const Estimate whole_result = rig_keys::with_keys_of(given, whole_population);
   const Estimate population = used_part(whole_population, whole_result);
   const auto rows = rows_of(whole_result, population);
   const Estimate result = part_of(whole_result, rows.of_result);

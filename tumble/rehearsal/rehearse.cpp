@@ -106,6 +106,7 @@ RunEnd carried_out(const Rehearsal& rehearsal, const Station& station, const Sta
   const std::unique_ptr<Recorder> store = store_of_rehearsal(rehearsal, disk);
   Recorder& recorder = *store;
   note_facts(recorder, rehearsal.plan, *course, "rehearsed");
+  note_played(recorder, "rehearsed", rehearsal.seed);
   if (rehearsal.desk)
     company = at_desk(*rehearsal.desk, rehearsal.folder,
                       facts_of(rehearsal.plan.title, *course, "rehearsed", "rehearsed"), rehearsal.speed, company);

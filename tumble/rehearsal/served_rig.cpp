@@ -5,7 +5,7 @@
 namespace tumble {
 
 ServedRig::ServedRig(const Plan& plan, const Station& station, double speed, const std::vector<VirtualFault>& faults)
-    : station_(station), parts_(parts_of(station_)), bench_(plan, station_, parts_, 1, faults) {
+    : station_(station), parts_(parts_of(station_)), bench_(plan, station_, parts_, seed, faults) {
   using Clock = std::chrono::steady_clock;
   bench_.put(mounted_for(plan, station_));
   server_.emplace(

@@ -15,6 +15,7 @@ namespace tumble {
 /// The virtual rig of a plan at the links of a station, served by a thread of its own until it is destroyed.
 class ServedRig {
  public:
+  static constexpr std::uint64_t seed = 1;  ///< of what it draws
   /// Given     speed  [1] of its clock
   ///
   /// Throws    Error::bad_file with all ports that cannot be had

@@ -61,9 +61,9 @@ void say_axis_in(Language language, Figure::Axis& axis) { axis.name = readable_n
 }  // namespace
 
 bool has_names(const std::string& column) {
-  static const std::array<std::string_view, 14> names{"segment",   "segments",  "label",    "channel",   "file",
-                                                      "recording", "parameter", "unit",     "unit_name", "symbol",
-                                                      "key",       "section",   "position", "row"};
+  static const std::array<std::string_view, 17> names{
+      "segment", "segments", "label",   "channel",  "file", "recording",      "parameter", "unit", "unit_name",
+      "symbol",  "key",      "section", "position", "row",  "departure_name", "target",    "said"};
   return std::ranges::find(names, column) != names.end();
 }
 

@@ -25,14 +25,22 @@ using Words = SectionWords;
 
 std::string unit_text(const Unit& unit) { return unit.text() == "1" ? "" : printable(unit.text()); }
 
+constexpr std::size_t heading_width = 100;  ///< [columns] of a line, as the report has
+
 std::string heading(const Estimate& estimate, const Words& words) {
   const auto method = result_words_in(words.language, estimate.method);  // by its Chinese name, its key behind it
   const auto key = method ? *method + words.with("in_parentheses", estimate.method) : estimate.method;
   std::string text = printable(estimate.title.empty() ? key : estimate.title) + "\n";
   std::string below = estimate.title.empty() ? "" : words.with("method_is", printable(key));
-  const auto add = [&](const std::string& part) { below += (below.empty() ? "" : " · ") + part; };
+  std::size_t line = display_width(below);
+  const auto add = [&](const std::string& part) {
+    const bool next = line > 0 && line + 3 + display_width(part) > heading_width;
+    below += (below.empty() ? "" : next ? "\n" : " · ") + part;
+    line = (next ? 0 : line + 3) + display_width(part);
+  };
   if (!estimate.instrument_model.empty()) add(words.with("instrument_is", printable(estimate.instrument_model)));
   if (!estimate.instrument_serial.empty()) add(words.with("serial_is", printable(estimate.instrument_serial)));
+  if (const auto& seed = estimate.provenance.seed) add(words.with("specimen_of_seed", std::to_string(*seed)));
   return below.empty() ? text : text + below + "\n";
 }
 

@@ -65,15 +65,20 @@ std::vector<PlannedRun> power_ups(const Schedule& schedule, double sample_rate) 
   return out;
 }
 
-Segment standing_alone(const Schedule& schedule, std::size_t index) {
-  Segment alone = schedule[index];
-  for (std::size_t before = index; before-- > 0 && schedule[before].run == alone.run;)
+Segment with_what_stands(const Schedule& schedule, std::size_t index) {
+  Segment whole = schedule[index];
+  for (std::size_t before = index; before-- > 0 && schedule[before].run == whole.run;)
     for (const auto& [axis, motion] : schedule[before].axes) {
       using Kind = Motion::Kind;
       const bool stays = motion.kind == Kind::hold || motion.kind == Kind::dwell;
       const bool goes = motion.kind == Kind::slew || motion.kind == Kind::ramp;
-      if (stays || goes) alone.axes.try_emplace(axis, Motion{.value = stays ? motion.value : motion.to});
+      if (stays || goes) whole.axes.try_emplace(axis, Motion{.value = stays ? motion.value : motion.to});
     }
+  return whole;
+}
+
+Segment standing_alone(const Schedule& schedule, std::size_t index) {
+  Segment alone = with_what_stands(schedule, index);
   // what goes somewhere was there from the first sample on, as far as the recording is concerned
   for (auto& [axis, motion] : alone.axes)
     if (motion.kind == Motion::Kind::slew) motion = {.value = motion.to};

@@ -23,6 +23,10 @@ struct PlannedRun {
 /// The power-ups of a schedule. Given: sample_rate [Hz].
 std::vector<PlannedRun> power_ups(const Schedule& schedule, double sample_rate);
 
+/// Segment `index`, and where the segments of its power-up before it left the axes that it does not mention. An axis that
+/// turned last stands, for it, where it stood before.
+Segment with_what_stands(const Schedule& schedule, std::size_t index);
+
 /// Segment `index` where it is all that was recorded, without the way to it: axes that it does not mention stand where
 /// the segments of its power-up before it left them.
 Segment standing_alone(const Schedule& schedule, std::size_t index);

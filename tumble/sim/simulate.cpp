@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "tumble/core/attempt.hpp"
+#include "tumble/core/unit_facts.hpp"
 #include "tumble/math/parallel.hpp"
 #include "tumble/sim/power_up.hpp"
 #include "tumble/units/error.hpp"
@@ -138,7 +139,9 @@ Recording frame_of(const Plan& plan, std::uint64_t seed) {
     recording.marks.push_back({segment.label, now, segment.run});
     now += segment.duration;
   }
-  recording.meta = {{"title", plan.title}, {"simulated", "yes"}, {"seed", std::to_string(seed)}};
+  recording.meta = {
+      {"title", plan.title}, {std::string(simulated_fact), "yes"}, {std::string(seed_fact), std::to_string(seed)}};
+  if (!plan.instrument_serial.empty()) recording.meta[std::string(unit_fact)] = plan.instrument_serial;
   return recording;
 }
 

@@ -73,13 +73,19 @@ void check_carried_on(const std::map<std::string, std::string>& facts, const Pla
 
 void note_facts(Recorder& recorder, const Plan& plan, const Course& course, const std::string& who) {
   recorder.set("title", plan.title);
-  recorder.set("plan_sha256", plan.sha256);
+  recorder.set(std::string(plan_fact), plan.sha256);
   recorder.set("station", course.station.name);
   if (!course.station.text.empty())  // else it was made for the plan
     recorder.set("station_file", std::filesystem::absolute(course.station.file).string());
   recorder.set("station_sha256", course.station.sha256);
   recorder.set("operator", who);
   for (const UnitUnderTest& unit : course.units) recorder.set(std::string(unit_fact) + " " + unit.slot, unit.serial);
+}
+
+void note_played(Recorder& recorder, const std::string& rig, std::uint64_t seed) {
+  recorder.set("rig", rig);
+  recorder.set(std::string(simulated_fact), "yes");
+  recorder.set(std::string(seed_fact), std::to_string(seed));
 }
 
 }  // namespace tumble

@@ -37,4 +37,8 @@ void check_carried_on(const std::map<std::string, std::string>& facts, const Pla
 /// Facts about the run that its store keeps: title, units, operator, hashes.
 void note_facts(Recorder& recorder, const Plan& plan, const Course& course, const std::string& who);
 
+/// That a rig of this kind ("virtual", "rehearsed") was played, and no instrument measured: with the seed, as a simulation
+/// states it, every result of the recording is a specimen.
+void note_played(Recorder& recorder, const std::string& rig, std::uint64_t seed);
+
 }  // namespace tumble

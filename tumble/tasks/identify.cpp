@@ -1,15 +1,23 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <filesystem>
 #include <functional>
+#include <limits>
+#include <optional>
 #include <string_view>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/core/unit_facts.hpp"
+#include "tumble/departures/judgement.hpp"
+#include "tumble/reduce/arrival_stamps.hpp"
 #include "tumble/reduce/table/recorded_turns.hpp"
 #include "tumble/report/report.hpp"
+#include "tumble/tasks/identity.hpp"
 #include "tumble/tasks/long_record.hpp"
 #include "tumble/tasks/noticed.hpp"
 #include "tumble/tasks/plausible.hpp"
@@ -23,7 +31,8 @@
 namespace tumble {
 namespace {
 
-/// Whether the method has reported already what a check reports of the segments of the plan.
+/// Whether the method has reported already what a check reports: of the segments of the plan, or of steps that its
+/// uncertainties include.
 bool is_reported(const Finding& checked, const Findings& reported) {
   const auto text = [](const Finding& finding) {
     const auto* name = finding.values.empty() ? nullptr : std::get_if<std::string>(&finding.values.front().value);
@@ -31,6 +40,8 @@ bool is_reported(const Finding& checked, const Findings& reported) {
   };
   return std::ranges::any_of(reported, [&](const Finding& finding) {
     return (checked.code == "segment_not_recorded" && finding.code == "not_recorded") ||
+           (checked.code == "steps_exceed_noise" && finding.code == "rests_show_rounding" &&
+            checked.where == finding.where) ||
            (checked.code == "segment_not_scheduled" && finding.code == "segment_not_used" &&
             text(checked) == text(finding));
   });
@@ -76,6 +87,54 @@ void add_data_findings(const Evidence& evidence, Findings& findings) {
   for (auto& finding : gathered(noticed)) findings.push_back(std::move(finding));
 }
 
+bool ends_with(const std::string& name, std::string_view end) {
+  return name == end || name.ends_with("." + std::string(end)) || name.ends_with("_" + std::string(end));
+}
+
+/// The least relative standard deviation [1] of a scale factor; infinity without one.
+double finest_scale_factor(const Estimate& estimate) {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t j = 0; j < estimate.parameters.size(); ++j) {
+    const Parameter& parameter = estimate.parameters[j];
+    const double sd = std::sqrt(estimate.covariance(j, j));
+    if (ends_with(parameter.name, "scale_factor")) least = std::min(least, sd / std::abs(parameter.value));
+    if (ends_with(parameter.name, "scale_factor_error")) least = std::min(least, sd);
+  }
+  return least;
+}
+
+/// A scale factor of counts is off by as much as the clock: two clocks that contradict each other by more than its standard
+/// deviation are worth a warning, however good they are.
+void weigh_clocks(Estimate& estimate) {
+  const double finest = finest_scale_factor(estimate);
+  for (Finding& finding : estimate.findings) {
+    if (finding.code != "rate_of_counts_differs" || finding.severity != Finding::Severity::info) continue;
+    for (const FindingValue& value : finding.values)
+      if (value.name == "difference" && std::abs(std::get<double>(value.value)) > finest)
+        finding.severity = Finding::Severity::warning;
+  }
+}
+
+/// Whether outputs come in bursts and an encoder beside them does not: nobody knows how long the last sample of a burst
+/// waited, and the motion is compared with it at that time.
+bool has_other_clock(const Recording& recording, const Recording& taken) {
+  bool bursts = false, even = false;
+  for (std::size_t c = 0; c < recording.channels.size(); ++c) {
+    const bool changed = taken.channels[c].timeline.stamps != recording.channels[c].timeline.stamps;
+    bursts = bursts || changed;
+    even = even || (!changed && recording.channels[c].kind == QuantityKind::angle);
+  }
+  return bursts && even;
+}
+
+void weigh_bursts(const std::vector<Recording>& recordings, const std::vector<Recording>& taken, Findings& findings) {
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    if (!has_other_clock(recordings[r], taken[r])) continue;
+    for (Finding& finding : findings)
+      if (finding.code == "jitter_with_pauses") finding.severity = Finding::Severity::warning;
+  }
+}
+
 std::string default_title(const Evidence& evidence) {
   std::string title = evidence.plan.method;
   if (!evidence.recordings.empty() && !evidence.recordings.front().origin.file.empty())
@@ -87,7 +146,6 @@ std::string default_title(const Evidence& evidence) {
 void describe(const Plan& plan, Estimate& estimate) {
   estimate.method = plan.method;
   estimate.instrument_model = plan.instrument_model;
-  estimate.instrument_serial = plan.instrument_serial;
   estimate.provenance = provenance_of(plan);
 }
 
@@ -98,7 +156,7 @@ void add_origin(const Evidence& evidence, Provenance& provenance) {
     for (const auto& role : find_method(evidence.plan.method).roles())
       if (const auto* channel = channel_for(evidence, recording, role.name))
         provenance.settings["channels." + role.name] = channel->name;
-    if (const auto seed = recording.meta.find("seed"); seed != recording.meta.end())
+    if (const auto seed = recording.meta.find(std::string(seed_fact)); seed != recording.meta.end())
       if (const auto value = as_number<unsigned long long>(seed->second)) provenance.seed = *value;
   }
 }
@@ -125,11 +183,22 @@ void add_times(const Evidence& evidence, const std::vector<Extent>& extents, Est
     estimate.tables.push_back(table_of(times));
 }
 
-void complete(const Evidence& evidence, const std::vector<Extent>& extents, Estimate& estimate) {
+void complete(const Evidence& evidence, const UnitIdentity& unit, const std::vector<Extent>& extents,
+              Estimate& estimate) {
   describe(evidence.plan, estimate);
+  estimate.instrument_serial = unit.serial;
+  estimate.findings.insert(estimate.findings.end(), unit.findings.begin(), unit.findings.end());
   add_origin(evidence, estimate.provenance);
   add_times(evidence, extents, estimate);
   estimate.title = evidence.plan.title.empty() ? default_title(evidence) : evidence.plan.title;
+}
+
+/// Says what no data of the test can show: the budget contains of it only what the plan states.
+void add_unseen(const Evidence& evidence, Estimate& estimate) {
+  const auto names = unseen_in(evidence.plan, evidence.recordings);
+  if (names.empty()) return;
+  estimate.findings.push_back(
+      {Finding::Severity::info, "cannot_be_seen", {{"departures", fmt::format("'{}'", fmt::join(names, "', '"))}}, ""});
 }
 
 /// What the answer and the plan show to be wrong, whatever the data say.
@@ -145,8 +214,9 @@ Estimate identify(const Streamed& streamed, std::uintmax_t memory, const Progres
   auto estimate = reduce([&] { return find_method(plan.method).stream(streamed.evidence, progress); }, streamed.file);
   add_doubts(plan, estimate);
   evidence.recordings[0] = *streamed.header;
+  add_unseen(evidence, estimate);
   evidence.recordings[0].origin.checksum = streamed.checksum;
-  complete(evidence, {*streamed.extent}, estimate);
+  complete(evidence, unit_of(evidence), {*streamed.extent}, estimate);
   const Findings& noticed = evidence.recordings[0].findings;
   estimate.findings.insert(estimate.findings.end(), noticed.begin(), noticed.end());
   estimate.findings.push_back(
@@ -158,16 +228,34 @@ Estimate identify(const Streamed& streamed, std::uintmax_t memory, const Progres
   return estimate;
 }
 
+/// The recordings with the times at which their samples were taken; nothing: the stamps say it.
+using Taken = std::optional<std::vector<Recording>>;
+
+table::RecordedTurns recorded_turns(const Evidence& evidence, const Taken& taken) {
+  return taken ? table::recorded_turns({evidence.plan, *taken, evidence.plans}) : table::recorded_turns(evidence);
+}
+
 /// With plans that say how the rigs moved, and what is to be said of that.
-Estimate identify_as_planned(const Evidence& evidence, const Findings& said, const Progress& progress) {
+Estimate identify_as_planned(const Evidence& evidence, const Taken& taken, const Findings& said,
+                             const Progress& progress) {
+  const UnitIdentity unit = unit_of(evidence);  // first: a contradiction costs no reduction
   const std::string file = evidence.recordings.size() == 1 ? evidence.recordings[0].origin.file : "";
-  auto estimate = reduce([&] { return find_method(evidence.plan.method).identify(evidence, progress); }, file);
+  auto estimate = reduce(
+      [&] {
+        const Method& method = find_method(evidence.plan.method);
+        return taken ? method.identify({evidence.plan, *taken, evidence.plans}, progress)
+                     : method.identify(evidence, progress);
+      },
+      file);
   estimate.findings.insert(estimate.findings.end(), said.begin(), said.end());
   add_doubts(evidence.plan, estimate);
+  add_unseen(evidence, estimate);
   add_data_findings(evidence, estimate.findings);
+  weigh_clocks(estimate);
+  if (taken) weigh_bursts(evidence.recordings, *taken, estimate.findings);
   std::vector<Extent> extents(evidence.recordings.size());
   for (std::size_t i = 0; i < extents.size(); ++i) extents[i].add(evidence.recordings[i]);
-  complete(evidence, extents, estimate);
+  complete(evidence, unit, extents, estimate);
   add_prior(evidence.plan, estimate);
   settle_findings(estimate);
   estimate.verdicts = judge(evidence.plan.limits, estimate);
@@ -177,19 +265,21 @@ Estimate identify_as_planned(const Evidence& evidence, const Findings& said, con
 }  // namespace
 
 Estimate identify(Evidence&& evidence, const Progress& progress) {
-  auto turns = table::recorded_turns(evidence);
+  const Taken taken = with_clocks_of_bursts(evidence.recordings);
+  auto turns = recorded_turns(evidence, taken);
   if (!turns.findings.empty()) {
     evidence.plan = std::move(turns.plan);
     evidence.plans = std::move(turns.plans);
   }
-  return identify_as_planned(evidence, turns.findings, progress);
+  return identify_as_planned(evidence, taken, turns.findings, progress);
 }
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {
-  auto turns = table::recorded_turns(evidence);
-  if (turns.findings.empty()) return identify_as_planned(evidence, {}, progress);
-  return identify_as_planned({std::move(turns.plan), evidence.recordings, std::move(turns.plans)}, turns.findings,
-                             progress);
+  const Taken taken = with_clocks_of_bursts(evidence.recordings);
+  auto turns = recorded_turns(evidence, taken);
+  if (turns.findings.empty()) return identify_as_planned(evidence, taken, {}, progress);
+  return identify_as_planned({std::move(turns.plan), evidence.recordings, std::move(turns.plans)}, taken,
+                             turns.findings, progress);
 }
 
 Estimate identify(const Plan& plan, const std::vector<std::string>& recordings, std::uintmax_t memory,

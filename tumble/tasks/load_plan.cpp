@@ -41,7 +41,8 @@ Plan load(const std::string& path, const Sets& sets, bool part);
 void read_instrument(Reading& reading, const toml::table& table) {
   Section section(table, "[instrument]", reading.problems);
   reading.plan.instrument_model = section.text("model").value_or("");
-  reading.plan.instrument_serial = section.text("serial").value_or("");
+  const auto serial = section.text("serial");
+  reading.plan.instrument_serial = reading.sets.serial.value_or(serial.value_or(""));
   reading.plan.sample_rate = section.quantity("rate", Unit::parse("Hz")).value_or(0.0);
   if (table.contains("rate") && table.get("rate")->is_string() && !(reading.plan.sample_rate > 0.0))
     section.problem_at("rate", "must be above zero");
@@ -312,6 +313,7 @@ Plan plan_for_method(const std::string& name, const Sets& sets) {
   reading.method = &method;
   reading.sets = sorted(sets);
   reading.plan.reading = reading.sets.reading;
+  reading.plan.instrument_serial = reading.sets.serial.value_or("");
   reading.plan.settings =
       resolve(method.options(), settings_given(reading), say("method {}", Name{name}), reading.problems.all);
   if (reading.sets.calibration && !method.takes_calibration)

@@ -13,10 +13,12 @@
 #include "tumble/methods/method.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/tasks/optimisation/criteria.hpp"
+#include "tumble/tasks/optimisation/improve.hpp"
 #include "tumble/tasks/optimisation/order.hpp"
 #include "tumble/tasks/optimisation/points.hpp"
 #include "tumble/tasks/optimisation/report.hpp"
 #include "tumble/tasks/optimisation/standard.hpp"
+#include "tumble/tasks/optimisation/work.hpp"
 #include "tumble/tasks/plan_file/write_schedule.hpp"
 #include "tumble/tasks/prior.hpp"
 #include "tumble/tasks/tasks.hpp"
@@ -29,55 +31,12 @@ namespace {
 using namespace prediction;
 using namespace optimisation;
 
-using Visits = std::vector<CandidateVisit>;
-
 constexpr std::uint64_t seed = 20150917;
-constexpr int starts = 4;                ///< besides the usual schedules
-constexpr double quanta = 100.0;         ///< in the time of a power-up
-constexpr std::size_t first_look = 120;  ///< candidates, evenly taken, that say which terms can be shown at all
-constexpr double shortest_dwell = 1.0;   ///< [s]
-
-/// A plan being optimised.
-struct Work {
-  Plan plan;
-  bool from_terms = false;         ///< predicted from the table of terms, not by the plan's method
-  bool instead_of_method = false;  ///< although the method could
-  std::vector<std::string> only;   ///< terms asked for
-  std::vector<int> runs;           ///< power-ups, each of which carries the same schedule out
-  double time = 0.0;               ///< [s] of one power-up
-  bool closing = false;            ///< the first position is repeated at the end
-  double settling = 0.0;
-  std::vector<Candidate> all;
-  std::vector<std::string> terms;  ///< that can be told
-};
-
-Plan with(const Plan& plan, Schedule schedule) {
-  Plan out = plan;
-  out.schedule = std::move(schedule);
-  return out;
-}
-
-Estimate evaluate(const Work& work, const Plan& plan) {
-  if (!work.from_terms) return predict(plan);
-  return predict_model(plan, work.only, false);
-}
-
-/// The schedule in every power-up.
-Schedule in_all_runs(const Schedule& one, const std::vector<int>& runs) {
-  Schedule out;
-  for (const int run : runs)
-    for (auto segment : one) {
-      segment.run = run;
-      out.push_back(std::move(segment));
-    }
-  return out;
-}
-
-double total_of(const Schedule& schedule) {
-  double sum = 0.0;
-  for (const auto& segment : schedule) sum += segment.duration;
-  return sum;
-}
+constexpr int starts = 4;                   ///< besides the usual schedules
+constexpr double quanta = 100.0;            ///< in the time of a power-up
+constexpr int few_steps = 6;                ///< where a prediction takes a dozen simulated tests
+constexpr double work_of_search = 20000.0;  ///< segments x parameters: a prediction of many takes a second
+constexpr double worth_it = 0.999;          ///< [1] of the criterion: less is not worth another schedule
 
 bool same_motions(const Segment& a, const Segment& b) {
   return std::ranges::equal(a.axes, b.axes, [](const auto& x, const auto& y) {
@@ -108,23 +67,13 @@ void refuse_impossible(const Plan& plan, const OptimiseOptions& options) {
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 
-/// Candidates spread over all there are, one schedule: what this does not show nothing shows.
-Estimate everything(const Work& work) {
-  Visits visits;
-  const std::size_t stride = std::max<std::size_t>(1, work.all.size() / first_look);
-  for (std::size_t j = 0; j < work.all.size(); ++j)
-    if (j % stride == 0 || work.all[j].felt.size() > 1) visits.push_back({j, std::max(100.0, work.all[j].least)});
-  return evaluate(work, with(work.plan, schedule_of(work.plan, work.all, visits, work.settling)));
-}
-
-/// The terms that can be told; `others` becomes whether there are parameters that are no terms.
-std::vector<std::string> terms_told(const Work& work, bool& others) {
+/// The model's terms that can be told.
+std::vector<std::string> terms_told(const Work& work) {
   std::vector<std::string> out;
-  const auto estimate = everything(work);
+  const auto estimate = predict_model(everything(work), work.only, false);
   for (const auto& output : find_model(work.plan.instrument_model).outputs(work.plan.truth))
     for (const auto& term : output.terms)
       if (find_parameter(estimate, term.name)) out.push_back(term.name);
-  others = out.size() < estimate.parameters.size();
   return out;
 }
 
@@ -132,59 +81,25 @@ Work prepare(const Plan& plan, const OptimiseOptions& options) {
   Work work;
   work.plan = plan;
   const auto* method = plan.method.empty() ? nullptr : &find_method(plan.method);
-  work.from_terms = !method || !method->predict || !options.terms.empty();
+  work.from_terms = !method || !options.terms.empty();
   work.only = options.terms;
   for (const auto& segment : plan.schedule)
     if (std::ranges::find(work.runs, segment.run) == work.runs.end()) work.runs.push_back(segment.run);
   work.time = options.total_time.value_or(total_of(plan.schedule)) / static_cast<double>(work.runs.size());
   work.closing = plan.schedule.size() > 2 && same_motions(plan.schedule.front(), plan.schedule.back());
   if (plan.settings.texts().contains("settling")) work.settling = plan.settings.number("settling");
-  work.all = candidates(plan, range_of(plan, options.step));
+  auto range = range_of(plan, options.step);
+  limit_to_instrument(plan, range);
+  work.all = candidates(plan, range);
   std::erase_if(work.all, [&](const Candidate& one) {
     return one.setup + work.settling + std::max(one.least, shortest_dwell) > 0.5 * work.time;
   });
   if (work.all.empty())
     throw Error(Error::Kind::bad_input, say("{}: {} is too short for any two motions of the rig {} with its settling",
                                             Name{plan.file}, Name{say_seconds(work.time)}, Name{plan.rig_kind}));
-  bool others = false;
-  work.terms = terms_told(work, others);
-  if (others && !work.from_terms) {  // the method's parameters are not the terms of which the information is known
-    work.from_terms = work.instead_of_method = true;
-    work.terms = terms_told(work, others);
-  }
-  work.only = work.terms;
+  work.terms = terms_told(work);
+  if (work.from_terms) work.only = work.names = work.terms;
   return work;
-}
-
-/// Visits as a schedule of exactly the time there is: what moves leave is shared out in proportion to the dwells.
-Schedule fitted(const Work& work, Visits visits) {
-  if (work.closing && visits.size() > 1) {
-    visits.front().dwell *= 0.5;
-    visits.push_back(visits.front());
-  }
-  const double interval = 1.0 / work.plan.sample_rate;
-  Schedule schedule;
-  for (int pass = 0; pass < 4; ++pass) {
-    schedule = schedule_of(work.plan, work.all, visits, work.settling);
-    const double dwell = std::accumulate(visits.begin(), visits.end(), 0.0,
-                                         [](double sum, const auto& visit) { return sum + visit.dwell; });
-    const double wanted = dwell + work.time - total_of(schedule);
-    if (std::abs(wanted - dwell) < 0.5 * interval) break;
-    for (auto& visit : visits)
-      visit.dwell =
-          std::max({visit.dwell * std::max(wanted, 0.0) / dwell, shortest_dwell, work.all[visit.candidate].least});
-  }
-  // What rounding to samples left goes to, or comes from, the longest.
-  const double over = std::round((total_of(schedule) - work.time) / interval) * interval;
-  auto longest = std::ranges::max_element(schedule, {}, &Segment::duration);
-  if (longest != schedule.end() && longest->duration > 2.0 * over) longest->duration -= over;
-  return in_all_runs(schedule, work.runs);
-}
-
-/// Half a sample for each segment may be over.
-bool too_long(const Work& work, const Schedule& schedule) {
-  const double each = total_of(schedule) / static_cast<double>(work.runs.size());
-  return each > work.time * (1.0 + 1e-9) + static_cast<double>(schedule.size()) / work.plan.sample_rate;
 }
 
 bool drifts(const Plan& plan) {
@@ -228,8 +143,8 @@ DesignProblem design_problem(const Work& work, const DesignSpace& space) {
 
 /// The model's outputs that the method or the user asks something of.
 std::vector<OutputProblem> outputs_of(const Work& work) {
-  auto outputs =
-      output_problems(with(work.plan, schedule_of(work.plan, work.all, Visits(1), 0.0)), felt_of(work.all), work.terms);
+  auto outputs = output_problems(with_schedule(work.plan, schedule_of(work.plan, work.all, Visits(1), 0.0)),
+                                 felt_of(work.all), work.terms);
   std::erase_if(outputs, [](const OutputProblem& output) { return output.problem.columns.empty(); });
   return outputs;
 }
@@ -251,7 +166,8 @@ void weigh_for_a(const Work& work, const DesignSpace& space, const std::vector<d
   }
 }
 
-Schedule searched(const Work& work, const DesignProblem& problem, const std::vector<StandardSet>& standard) {
+/// Visits that the exchange finds, in their order.
+Visits searched(const Work& work, const DesignProblem& problem, const std::vector<StandardSet>& standard) {
   std::vector<Design> from;
   for (const auto& set : standard) {
     Design design;
@@ -264,75 +180,132 @@ Schedule searched(const Work& work, const DesignProblem& problem, const std::vec
   Visits visits;
   for (const auto& visit : exchange(problem, seed, starts, from)) visits.push_back({visit.point, visit.effort});
   if (visits.empty()) return {};
-  return fitted(work, ordered(work.plan, work.all, std::move(visits), drifts(work.plan), seed));
+  return ordered(work.plan, work.all, std::move(visits), drifts(work.plan), seed);
 }
 
-/// A schedule with its prediction; what a method refuses is told instead.
-ScheduleRow row(const Work& work, const std::string& name, Schedule schedule) {
-  ScheduleRow out{name, std::move(schedule), {}, {}};
-  try {
-    out.estimate = evaluate(work, with(work.plan, out.schedule));
-  } catch (const Error& error) {
-    if (error.kind != Error::Kind::bad_data && error.kind != Error::Kind::bad_input) throw;
-    out.refused = error.problems.empty() ? reason_of(error) : sentence_of(error.problems.front());
+/// The parameters by which schedules are compared: those of the plan as it is, and the terms of the model that the
+/// method shows where it shows nothing but terms.
+void name_parameters(Work& work, const ScheduleRow& own) {
+  if (work.from_terms) return;
+  bool all_terms = true;
+  if (own.estimate)
+    for (const auto& parameter : own.estimate->parameters) {
+      work.names.push_back(parameter.name);
+      all_terms = all_terms && std::ranges::find(work.terms, parameter.name) != work.terms.end();
+    }
+  if ((!all_terms || !is_quick(work)) && !work.names.empty()) return;
+  const auto most = predicted_row(work, "", everything(work).schedule);
+  if (most.estimate)
+    for (const auto& parameter : most.estimate->parameters)
+      if (std::ranges::find(work.names, parameter.name) == work.names.end()) work.names.push_back(parameter.name);
+  if (work.names.empty())
+    throw Error(Error::Kind::bad_input, say("{}: the plan itself cannot be predicted, so that nothing can be compared "
+                                            "with it: {}",
+                                            Name{work.plan.file}, own.refused));
+}
+
+/// A schedule that the exchange found, and its visits.
+struct Exchanged {
+  ScheduleRow row;
+  Visits visits;
+};
+
+Exchanged exchanged_by(const Work& work, const char* name, const DesignProblem& problem,
+                       const std::vector<StandardSet>& standard) {
+  auto visits = searched(work, problem, standard);
+  return {predicted_row(work, name, fitted(work, visits)), std::move(visits)};
+}
+
+/// The sd of each [SI] that the criteria are relative to.
+std::vector<double> reference_of(const Plan& plan, const std::vector<std::string>& names,
+                                 const std::optional<Estimate>& own, const std::optional<Estimate>& other) {
+  const std::vector<double> none(names.size(), INFINITY);
+  auto reference = own ? sds_of(*own, names) : none;
+  const auto second = other ? sds_of(*other, names) : none;
+  const auto widths = own || other ? limit_widths(plan, own ? *own : *other, names) : std::vector<double>(names.size());
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    if (!(std::isfinite(reference[k]) && reference[k] > 0.0)) reference[k] = second[k];
+    if (widths[k] > 0.0) reference[k] = widths[k];
+    if (!(std::isfinite(reference[k]) && reference[k] > 0.0)) reference[k] = 1.0;
   }
-  return out;
+  return reference;
 }
 
-std::vector<double> reference_of(const Work& work, const ScheduleRow& plan, const ScheduleRow& best) {
-  auto own = plan.estimate ? sds_of(*plan.estimate, work.terms) : std::vector<double>(work.terms.size(), INFINITY);
-  const auto other = best.estimate ? sds_of(*best.estimate, work.terms) : own;
-  const auto widths =
-      best.estimate ? limit_widths(work.plan, *best.estimate, work.terms) : std::vector<double>(own.size());
-  for (std::size_t k = 0; k < own.size(); ++k) {
-    if (std::isinf(own[k])) own[k] = other[k];
-    if (widths[k] > 0.0) own[k] = widths[k];
-  }
-  return own;
+/// The sd [SI] that a parameter may have: that of the plan as it is, for those with a limit; where none has one, for
+/// all. A plan that does not show all parameters is a measure for those with limits only.
+std::vector<double> most_allowed(const Work& work, const ScheduleRow& own) {
+  std::vector<double> most(work.names.size(), INFINITY);
+  if (!own.estimate) return most;
+  const auto sds = sds_of(with_prior_if_any(*own.estimate), work.names);
+  std::vector<bool> limited;
+  for (const auto& name : work.names)
+    limited.push_back(std::ranges::find(work.plan.limits, name, &LimitEntry::parameter) != work.plan.limits.end());
+  const bool any = std::ranges::find(limited, true) != limited.end();
+  const bool shows_all = std::ranges::none_of(sds, [](double sd) { return std::isinf(sd); });
+  for (std::size_t k = 0; k < most.size(); ++k)
+    if (any ? limited[k] : shows_all) most[k] = sds[k];
+  return most;
 }
 
-/// The usual schedules that fit into the time.
-std::vector<ScheduleRow> usual_rows(const Work& work, const std::vector<StandardSet>& standard) {
-  std::vector<ScheduleRow> rows;
-  for (const auto& set : standard) {
-    Visits visits;
-    for (const auto j : set.candidates) visits.push_back({j, work.time / static_cast<double>(set.candidates.size())});
-    auto schedule = fitted(work, std::move(visits));
-    if (!too_long(work, schedule)) rows.push_back(row(work, set.name, std::move(schedule)));
-  }
-  return rows;
+/// The D-optimal and the A-optimal schedule by the information of the terms.
+std::pair<Exchanged, Exchanged> exchanged(const Work& work, const std::vector<StandardSet>& standard,
+                                          const ScheduleRow& as_it_is) {
+  const double dwell =
+      std::max(10.0 / work.plan.sample_rate, 0.25 * work.time / static_cast<double>(work.terms.size()));
+  const auto space = design_space(work.plan, work.all, outputs_of(work), work.time, dwell);
+  auto problem = design_problem(work, space);
+  weigh_for_d(space, problem);
+  auto d = exchanged_by(work, "D-optimal", problem, standard);
+  weigh_for_a(work, space, reference_of(work.plan, work.terms, by_terms(work, as_it_is), by_terms(work, d.row)),
+              problem);
+  auto a = exchanged_by(work, "A-optimal", problem, standard);
+  return {std::move(d), std::move(a)};
 }
 
-/// What was found, or the best of the others where that is better still: the search counts slow noise as drawn anew at
-/// every visit, the prediction as it is.
-ScheduleRow better(ScheduleRow found, const std::vector<ScheduleRow>& others, const Work& work,
-                   const std::vector<double>& reference, double Criteria::*criterion) {
-  const auto value = [&](const ScheduleRow& one) {
-    return one.estimate ? criteria_of(with_prior_if_any(*one.estimate), work.terms, reference).*criterion
-                        : std::numeric_limits<double>::infinity();
-  };
+/// The better of what was found and all others.
+ScheduleRow better(ScheduleRow found, const std::vector<ScheduleRow>& others, const Goal& goal) {
   for (const auto& one : others)
-    if (value(one) < value(found)) {
+    if (standing_of(one, goal) < standing_of(found, goal)) {
       found.schedule = one.schedule;
       found.estimate = one.estimate;
+      found.refused = one.refused;
     }
   return found;
 }
 
-/// The answer, and where the method's own prediction was not used.
-Optimised told(const Work& work, const ScheduleRow& chosen, const std::vector<ScheduleRow>& rows,
-               const std::vector<double>& reference) {
+/// Searches on from what was found by what is predicted, which the exchange only approximates: it counts slow noise as
+/// drawn anew at every visit, and knows the terms of the model but not the parameters of a method.
+ScheduleRow improved(const Work& work, const Exchanged& found, const ScheduleRow& own, const Goal& goal, int steps) {
+  const double size = static_cast<double>(work.plan.schedule.size() * work.names.size());
+  const int affordable = is_quick(work) ? std::max(few_steps, static_cast<int>(work_of_search / size)) : few_steps;
+  Improving search{work.plan, goal, work.all.size(), std::min(steps, affordable), {}, {}};
+  const std::string& name = found.row.name;
+  search.row = [&](Schedule schedule) { return predicted_row(work, name, std::move(schedule)); };
+  search.fitted = [&](Visits changed) -> std::optional<Schedule> {
+    auto schedule = fitted(work, std::move(changed));
+    if (too_long(work, schedule)) return std::nullopt;
+    return schedule;
+  };
+  const RandomStream random(seed);
+  std::vector<ScheduleRow> others;
+  if (own.estimate) others.push_back(with_better_times(search, own, random.split("times")));
+  if (!found.visits.empty())
+    others.push_back(with_better_visits(search, found.row, found.visits, random.split("visits")));
+  return better(found.row, others, goal);
+}
+
+/// The answer: what was found where it is allowed and better, else the plan as it is.
+Optimised told(const Work& work, ScheduleRow chosen, const std::vector<ScheduleRow>& rows, const ScheduleRow& own,
+               const Goal& goal) {
   const Plan& plan = work.plan;
+  const auto standing = standing_of(chosen, goal), before = standing_of(own, goal);
+  const bool kept = own.estimate && (!is_allowed(standing) || standing.value > worth_it * before.value);
+  if (kept) chosen.schedule = own.schedule, chosen.estimate = own.estimate;
   if (!chosen.estimate)
     throw Error(Error::Kind::bad_input, say("{}: no schedule was found in {}: {}", Name{plan.file},
                                             Name{say_seconds(work.time)}, chosen.refused));
-  Optimised out{described(plan, chosen, rows, work.terms, reference), chosen.schedule};
-  if (work.instead_of_method)
-    out.estimate.findings.push_back({Finding::Severity::warning,
-                                     "terms_instead_of_parameters",
-                                     {{"method", plan.method},
-                                      {"model", plan.instrument_model},
-                                      {"terms", fmt::format("{}", fmt::join(work.terms, ", "))}}});
+  Optimised out{described(plan, chosen, rows, work.names, goal.reference), chosen.schedule};
+  if (kept) out.estimate.findings.push_back({Finding::Severity::info, "no_better_schedule", {}});
   return out;
 }
 
@@ -343,37 +316,33 @@ Optimised optimise(const Plan& given, const OptimiseOptions& options, const Prog
   Plan plan = given;
   read_prior(plan);
   report(progress, 0.0, "searching the motions of the rig");
-  const Work work = prepare(plan, options);
-  const double dwell = std::max(10.0 / plan.sample_rate, 0.25 * work.time / static_cast<double>(work.terms.size()));
-  const auto space = design_space(plan, work.all, outputs_of(work), work.time, dwell);
+  Work work = prepare(plan, options);
+  const auto as_it_is = predicted_row(work, "plan as it is", plan.schedule);
+  const auto own = predicted_row(work, "plan in this time", own_in_time(work));
+  name_parameters(work, as_it_is);
+  report(progress, 0.2, "usual schedules");
   const auto standard = standard_sets(work.all);
-  auto problem = design_problem(work, space);
+  const auto usual = is_quick(work) ? usual_rows(work, standard) : std::vector<ScheduleRow>();
+  report(progress, 0.3, "D-optimal and A-optimal exchange");
+  auto [d, a] = exchanged(work, standard, as_it_is);
 
-  report(progress, 0.3, "usual schedules");
-  const auto own = row(work, "plan as it is", plan.schedule);
-  const auto usual = usual_rows(work, standard);
-
-  report(progress, 0.4, "D-optimal exchange");
-  weigh_for_d(space, problem);
-  auto d = row(work, "D-optimal", searched(work, problem, standard));
-  const auto reference = reference_of(work, own, d);
-
-  report(progress, 0.6, "A-optimal exchange");
-  weigh_for_a(work, space, reference, problem);
-  auto a = row(work, "A-optimal", searched(work, problem, standard));
-
-  // Each search may have stopped at what is best nearby only: the other's schedule or a usual one may be better.
+  report(progress, 0.5, "searching on by what is predicted");
+  const Goal goal{work.names, reference_of(plan, work.names, as_it_is.estimate, d.row.estimate),
+                  most_allowed(work, own), options.criterion};
+  const bool wants_d = options.criterion == DesignCriterion::D;
+  auto& wanted = wants_d ? d : a;
+  // Each search may have stopped at what is best nearby only: another schedule may be better.
   auto others = usual;
-  others.push_back(a);
-  others.push_back(d);
-  d = better(std::move(d), others, work, reference, &Criteria::determinant);
-  a = better(std::move(a), others, work, reference, &Criteria::trace);
+  others.push_back((wants_d ? a : d).row);
+  others.push_back(own);
+  wanted.row = better(improved(work, wanted, own, goal, options.steps), others, goal);
 
-  std::vector<ScheduleRow> rows{own};
+  std::vector<ScheduleRow> rows{as_it_is};
+  if (total_of(own.schedule) != total_of(as_it_is.schedule)) rows.push_back(own);
   rows.insert(rows.end(), usual.begin(), usual.end());
-  rows.push_back(d);
-  rows.push_back(a);
-  auto out = told(work, options.criterion == DesignCriterion::D ? d : a, rows, reference);
+  rows.push_back(d.row);
+  rows.push_back(a.row);
+  auto out = told(work, wanted.row, rows, own, goal);
   report(progress, 1.0, "done");
   return out;
 }

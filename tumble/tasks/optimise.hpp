@@ -16,6 +16,7 @@ struct OptimiseOptions {
   std::optional<double> total_time;                ///< [s] of all power-ups together; absent: the plan's own
   std::vector<std::string> terms;                  ///< limits the parameters to these; empty: all that can be shown
   double step = 0.2617993877991494;                ///< [rad] of the grid of positions: 15 deg
+  int steps = 300;  ///< of the search by predictions after the exchange; where these are of simulated tests, fewer
 };
 
 struct Optimised {

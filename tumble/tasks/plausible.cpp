@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -10,6 +11,7 @@
 
 #include "tumble/earth/earth.hpp"
 #include "tumble/reduce/imu/sensors.hpp"
+#include "tumble/reduce/mistaken_unit.hpp"
 #include "tumble/rigs/capabilities.hpp"
 #include "tumble/rigs/error_names.hpp"
 
@@ -49,6 +51,54 @@ bool is_scale_factor_error_of_triad(const std::string& name) {
       for (std::size_t axis = 0; axis < 3; ++axis)
         if (name == calibration + imu::role_of(kind, axis) + "_scale_factor_error") return true;
   return false;
+}
+
+/// Output of a channel for an input of one, as a parameter shows it. A scale factor in pulses or volts may have any value.
+struct Gain {
+  double value = 1.0;
+  bool of_rate = true, of_force = true;
+  bool at_frequency = false;
+};
+
+std::optional<Gain> gain_by(const Parameter& parameter) {
+  if (parameter.name == "scale_factor_error") return Gain{1.0 + parameter.value};
+  if (parameter.unit.dimension() != Dimension{}) return std::nullopt;
+  if (parameter.symbol == "|H|") return Gain{parameter.value, true, true, true};
+  for (const imu::Kind kind : imu::kinds)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::string role = imu::role_of(kind, axis);
+      const bool gyro = kind == imu::Kind::gyro;
+      if (parameter.name == role + "_scale_factor") return Gain{parameter.value, gyro, !gyro};
+      for (const char* calibration : {"", "split."})
+        if (parameter.name == calibration + role + "_scale_factor_error")
+          return Gain{1.0 + parameter.value, gyro, !gyro};
+    }
+  return std::nullopt;
+}
+
+std::optional<MistakenUnit> mistaken_unit_of(const Gain& gain) {
+  const auto rate = gain.of_rate ? mistaken_unit_of_rate(gain.value) : std::nullopt;
+  return rate || !gain.of_force ? rate : mistaken_unit_of_force(gain.value);
+}
+
+/// Gains that are those of another unit. Of gains at several frequencies the first one tells.
+void look_at_units(const Estimate& estimate, Findings& findings) {
+  if (std::ranges::find(estimate.findings, std::string_view("unit_mistaken"), &Finding::code) !=
+      estimate.findings.end())
+    return;
+  bool first = true;
+  for (const Parameter& parameter : estimate.parameters) {
+    const auto gain = gain_by(parameter);
+    if (!gain || (gain->at_frequency && !first)) continue;
+    first = first && !gain->at_frequency;
+    const auto unit = mistaken_unit_of(*gain);
+    if (!unit) continue;
+    findings.push_back(
+        {Severity::error,
+         "gain_of_another_unit",
+         {{"parameter", parameter.name}, {"gain", gain->value}, {"unit", unit->of}, {"read_as", unit->read_as}},
+         parameter.name});
+  }
 }
 
 bool is_about_sign(const Finding& finding) {
@@ -146,6 +196,7 @@ Findings implausible(const Estimate& estimate, const Plan& plan) {
       findings.push_back(finding("beyond_linear_form", parameter, greatest_misalignment));
     }
   }
+  look_at_units(estimate, findings);
   look_at_radius(estimate, plan, findings);
   look_at_range(estimate, findings);
   return findings;

@@ -9,7 +9,7 @@ namespace tumble {
 /// (`wrong_sign`: a scale factor error below -1, or a scale factor or a radius below 0), and errors too large for a
 /// model that is linear in them (`beyond_linear_form`: a scale factor error of 20 %, a misalignment of 3 deg). Methods
 /// for units of several axes estimate full matrices, in which large errors are no fault: only signs are looked at
-/// there. And a radius that the plan does not allow (`radius_unlike_plan`: more than 4 standard uncertainties, of the
+/// there. A gain that is that of another unit (`gain_of_another_unit`: deg/s read as rad/s, g as m/s^2). And a radius that the plan does not allow (`radius_unlike_plan`: more than 4 standard uncertainties, of the
 /// answer, of the plan's radius and of its lever together, from radius + lever_x).
 ///
 /// Returned  findings of severity error; `where` is the parameter

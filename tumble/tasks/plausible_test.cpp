@@ -59,6 +59,23 @@ TEST(Plausible, ASignOrASizeOutOfReachIsAnError) {
   }
 }
 
+TEST(Plausible, AGainOfAnotherUnitIsAnError) {
+  const auto codes_of = [](const char* name, double value) {
+    Findings findings = implausible(with(name, value, "1"), Plan{});
+    std::erase_if(findings, [](const Finding& one) { return one.code == "beyond_linear_form"; });
+    return findings.empty() ? std::string() : findings[0].code;
+  };
+  EXPECT_EQ(codes_of("scale_factor_error", 0.0175 - 1.0), "gain_of_another_unit");
+  EXPECT_EQ(codes_of("scale_factor_error", 9.9 - 1.0), "gain_of_another_unit");
+  EXPECT_EQ(codes_of("gyro_y_scale_factor_error", 57.0 - 1.0), "gain_of_another_unit");
+  EXPECT_EQ(codes_of("split.gyro_y_scale_factor_error", 0.0172 - 1.0), "gain_of_another_unit");
+  EXPECT_EQ(codes_of("accelerometer_z_scale_factor", 9.81), "gain_of_another_unit");
+  EXPECT_EQ(codes_of("accelerometer_z_scale_factor", 0.0175), "");  // rates have degrees
+  EXPECT_EQ(codes_of("gyro_y_scale_factor_error", 0.5), "");
+  EXPECT_EQ(codes_of("whole_minus_split.gyro_y_scale_factor_error", 0.0175 - 1.0), "");
+  EXPECT_EQ(codes_of("bias", 0.0175), "");
+}
+
 TEST(Plausible, ARadiusUnlikeThatOfThePlanIsAnError) {
   Plan plan = trial_of(find_method("accelerometer_centrifuge"), 1).evidence.plan;
   plan.rig.set_number("radius_sd", si(20.0, "um"), Unit::parse("um"));

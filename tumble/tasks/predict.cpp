@@ -6,6 +6,7 @@
 #include "tumble/tasks/calibration.hpp"
 #include "tumble/tasks/prediction/advice.hpp"
 #include "tumble/tasks/prediction/problem.hpp"
+#include "tumble/tasks/prediction/simulated_tests.hpp"
 #include "tumble/tasks/prior.hpp"
 #include "tumble/tasks/provenance.hpp"
 #include "tumble/tasks/tasks.hpp"
@@ -67,11 +68,11 @@ Estimate predict_model(const Plan& plan, const std::vector<std::string>& terms, 
 
 Estimate predict(const Plan& plan) {
   const auto* method = plan.method.empty() ? nullptr : &find_method(plan.method);
-  if (!method || !method->predict) return predict_model(plan, {});
+  if (!method) return predict_model(plan, {});
   refuse_unpredictable(plan);
   Plan whole = plan;
   read_calibration(whole);
-  auto estimate = method->predict(whole);
+  auto estimate = method->predict ? method->predict(whole) : predict_by_tests(whole);
   describe_prediction(whole, estimate);
   return with_prior(whole, std::move(estimate));
 }

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <string_view>
 
+#include "tumble/tasks/identity.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/text_parts.hpp"
 
@@ -56,6 +57,11 @@ ReadingSetter find_reading(std::string_view key) {
 
 bool for_reading(const std::string& key) { return find_reading(key) != nullptr || !after(key, "unit.").empty(); }
 
+std::string not_empty(const std::string& text) {
+  if (text.empty()) throw Error(Error::Kind::bad_input, "a text is expected, not an empty one");
+  return text;
+}
+
 void sort_in(SortedSets& sorted, const std::string& key, const std::string& value) {
   const Given given{key, value, "--set", true, true};
   const auto renamed = [&](std::string_view name) {
@@ -64,7 +70,9 @@ void sort_in(SortedSets& sorted, const std::string& key, const std::string& valu
     return copy;
   };
   if (const auto set = find_reading(key)) set(sorted.reading, value);
-  if (key == "calibration")
+  if (key == serial_key || key == slot_key)
+    (key == serial_key ? sorted.serial : sorted.slot) = not_empty(value);
+  else if (key == "calibration")
     sorted.calibration = value;
   else if (key == "prior")
     sorted.prior = value;

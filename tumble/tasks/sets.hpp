@@ -16,6 +16,7 @@ struct SortedSets {
   std::vector<std::pair<std::string, std::string>> channels;  ///< channels.<role>
   std::vector<Given> settings, truth, rig, beside;
   std::optional<std::string> calibration, prior;
+  std::optional<std::string> serial, slot;  ///< instrument.serial, instrument.slot: which unit it is
 };
 
 /// `rate` is for reading, and among the settings too: for a method that has an option of that name. Throws

@@ -23,6 +23,7 @@ constexpr double accepted = 1.002;       ///< of an uncertainty that is to be re
 constexpr double alien_floor = 1.19;     ///< u/tau at which a unit 6 tau away is seen at 1 % in 9 of 10
 constexpr double shortest_share = 0.05;  ///< of the time of the plan
 constexpr int halvings = 5;              ///< to 3 % of the time
+constexpr int steps_of_one_time = 30;    ///< of the search by predictions: there are a dozen searches
 
 /// What the shorter test must reach.
 struct Goal {
@@ -81,6 +82,7 @@ class Search {
     consider(found, [&] {
       auto options = options_;
       options.total_time = time;
+      options.steps = steps_of_one_time;
       return optimise(plan_, options, {});
     });
     consider(found, [&] { return predicted(scaled(plan_, time / time_of(plan_.schedule))); });
@@ -192,7 +194,9 @@ Optimised shorten(const Plan& given, const OptimiseOptions& options, const Progr
   };
   const Plan alone = Search::without_prior(plan);
   const double full = time_of(plan.schedule);
-  const auto goal = goal_of(plan, optimise(alone, options, {}).estimate);
+  auto few = options;
+  few.steps = 0;
+  const auto goal = goal_of(plan, optimise(alone, few, {}).estimate);
   step();
   auto alone_goal = goal;
   alone_goal.widest = goal.sds;

@@ -9,6 +9,7 @@
 
 #include "tumble/archive/statistics/answer.hpp"
 #include "tumble/archive/statistics/occasions.hpp"
+#include "tumble/archive/statistics/unstated_rigs.hpp"
 #include "tumble/core/columns.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/population/capability.hpp"
@@ -49,6 +50,8 @@ ModelPast past_of_model(PastResults results, const ArchivedSelection& what, Find
     throw Error(Error::Kind::bad_data, say("a summary of {} needs {} units or more, and the archive has {}",
                                            Name{what.parameter}, fewest_units, past.units));
   past.errors = shared_errors(past.results, past.occasions);
+  if (share_unstated_rigs(past.results, past.occasions, past.errors))
+    findings.push_back({Severity::info, "rig_of_summary_not_stated", {}});
   return past;
 }
 

@@ -52,36 +52,49 @@ double covered_step(const Plan&, const Recordings& recordings, const std::string
   return noise_of(recordings, target);
 }
 
+/// A converter rounds each sample. A counter has whole pulses; one with coarse steps has a divider before it, which counts
+/// every n-th pulse and passes the rest on to the next window.
 void round_values(const Plan&, Recordings& recordings, const Happening& what) {
-  edit_values(recordings, what.target, [&](double value) { return std::round(value / what.size) * what.size; });
+  if (!is_count(recordings, what.target)) {
+    edit_values(recordings, what.target, [&](double value) { return std::round(value / what.size) * what.size; });
+    return;
+  }
+  const double step = std::max(1.0, std::round(what.size));
+  double rest = 0.0;
+  edit_values(recordings, what.target, [&](double value) {
+    const double all = value + rest, counted = step * std::floor(all / step);
+    rest = all - counted;
+    return counted;
+  });
 }
 
 }  // namespace
 
 std::vector<Departure> of_converters() {
-  return {
-      {.name = "output_clips",
-       .summary = "the range of the acquisition ends below the greatest values of an output",
-       .targets = outputs,
-       .told_by = {"saturated_highest", "saturated_lowest", "segment_clipped", "channel_clipped", "move_clipped",
-                   "tone_clipped", "tone_clipped_in_noise", "unit_clips", "tone_beyond_range"},
-       .record = clip_channel},
-      {.name = "reference_clips",
-       .summary = "the range of a reference sensor ends below its greatest values",
-       .targets = reference_sensors,
-       .told_by = {"saturated_highest", "saturated_lowest", "reference_not_usable", "channel_clipped", "tone_clipped"},
-       .record = clip_channel},
-      {.name = "counter_overflows",
-       .summary = "the register of a counter is too small and begins anew",
-       .targets = large_counts,
-       .told_by = {"counter_overflow", "counter_overflow_corrected"},
-       .record = overflow},
-      {.name = "resolution_coarse",
-       .summary = "the converter of an output has coarse steps",
-       .targets = outputs,
-       .told_by = {"output_coarser_than_noise", "one_value_in_segment", "stuck_output", "rounding_moves_means"},
-       .covered = covered_step,
-       .record = round_values}};
+  return {{.name = "output_clips",
+           .summary = "the range of the acquisition ends below the greatest values of an output",
+           .targets = outputs,
+           .told_by = {"saturated_highest", "saturated_lowest", "segment_clipped", "channel_clipped", "move_clipped",
+                       "tone_clipped", "tone_clipped_in_noise", "unit_clips", "tone_beyond_range"},
+           .record = clip_channel},
+          {.name = "reference_clips",
+           .summary = "the range of a reference sensor ends below its greatest values",
+           .targets = reference_sensors,
+           .told_by = {"saturated_highest", "saturated_lowest", "reference_not_usable", "channel_clipped",
+                       "tone_clipped", "reference_clipped"},
+           .record = clip_channel},
+          {.name = "counter_overflows",
+           .summary = "the register of a counter is too small and begins anew",
+           .targets = large_counts,
+           .told_by = {"counter_overflow", "counter_overflow_corrected"},
+           .record = overflow},
+          {.name = "resolution_coarse",
+           .summary = "the converter of an output has coarse steps",
+           .targets = outputs,
+           .told_by = {"output_coarser_than_noise", "one_value_in_segment", "stuck_output", "rounding_moves_means",
+                       "steps_exceed_noise", "counts_in_steps"},
+           .covered = covered_step,
+           .record = round_values}};
 }
 
 }  // namespace tumble::entries

@@ -3,6 +3,7 @@
 
 #include "tumble/departures/entries/edits.hpp"
 #include "tumble/departures/entries/entries.hpp"
+#include "tumble/sim/power_up.hpp"
 
 namespace tumble::entries {
 namespace {
@@ -22,13 +23,21 @@ bool do_the_same(const Segment& first, const Segment& second) {
   });
 }
 
+/// From here on each segment says where all axes are: a label means a position, whatever was before it. The fixture stays
+/// as it is mounted.
+void state_all(Schedule& schedule, std::size_t first) {
+  const Schedule before = schedule;
+  for (std::size_t s = first; s < std::min(first + 3, schedule.size()); ++s)
+    if (stands_alone(before[s])) schedule[s] = with_what_stands(before, s);
+}
+
 /// Pairs of neighbours of one power-up that differ in what they do: the index of the first.
 std::vector<std::size_t> neighbours(const Schedule& schedule) {
   std::vector<std::size_t> pairs;
   for (std::size_t i = 0; i + 1 < schedule.size(); ++i) {
     const Segment &first = schedule[i], &second = schedule[i + 1];
     if (first.run == second.run && first.label != second.label && stands_alone(first) && stands_alone(second) &&
-        !do_the_same(first, second))
+        !do_the_same(with_what_stands(schedule, i), with_what_stands(schedule, i + 1)))
       pairs.push_back(i);
   }
   return pairs;
@@ -45,23 +54,27 @@ std::size_t drawn(const std::vector<std::size_t>& from, const Happening& what) {
 
 void swap_order(Plan& plan, const Happening& what) {
   const std::size_t first = drawn(neighbours(plan.schedule), what);
+  state_all(plan.schedule, first);
   std::swap(plan.schedule[first], plan.schedule[first + 1]);
 }
 
 /// The operator goes to each of two positions when the other one was due, and the labels stay as planned.
 void swap_unlabelled(Plan& plan, const Happening& what) {
   const std::size_t first = drawn(neighbours(plan.schedule), what);
+  state_all(plan.schedule, first);
   std::swap(plan.schedule[first].axes, plan.schedule[first + 1].axes);
 }
 
 void skip_one(Plan& plan, const Happening& what) {
   const std::size_t first = drawn(neighbours(plan.schedule), what);
+  state_all(plan.schedule, first);
   plan.schedule.erase(plan.schedule.begin() + static_cast<std::ptrdiff_t>(first) + 1);
 }
 
 /// The instrument stays where it was for the time of the next position.
 void repeat_one(Plan& plan, const Happening& what) {
   const std::size_t first = drawn(neighbours(plan.schedule), what);
+  state_all(plan.schedule, first);
   plan.schedule[first + 1].axes = plan.schedule[first].axes;
 }
 
@@ -78,8 +91,9 @@ std::vector<Departure> of_positions() {
            .targets = swappable,
            .told_by = {"positions_exchanged", "positions_look_exchanged", "positions_not_as_planned",
                        "labels_may_be_exchanged", "position_disagrees", "position_disagrees_and_repeats",
-                       "segment_reads_as_another", "section_reads_as_another", "angle_off_plan", "turn_rate_recorded",
-                       "positions_off_circle", "accelerometers_do_not_fit_plan"},
+                       "segment_reads_as_another", "section_reads_as_another", "angle_off_plan",
+                       "another_motion_recorded", "turn_rate_recorded", "positions_off_circle",
+                       "accelerometers_do_not_fit_plan", "level_turns_as_another", "tone_of_another_segment"},
            .carry_out = swap_unlabelled},
           {.name = "position_missing",
            .summary = "one segment is not carried out, and there is no mark of it",
@@ -91,8 +105,8 @@ std::vector<Departure> of_positions() {
            .targets = swappable,
            .told_by = {"position_missing_other_twice", "one_position_of_several_labels", "position_disagrees",
                        "position_disagrees_and_repeats", "positions_not_as_planned", "segment_reads_as_another",
-                       "section_reads_as_another", "angle_off_plan", "positions_off_circle",
-                       "accelerometers_do_not_fit_plan"},
+                       "section_reads_as_another", "angle_off_plan", "another_motion_recorded", "positions_off_circle",
+                       "accelerometers_do_not_fit_plan", "level_turns_as_another", "tone_of_another_segment"},
            .carry_out = repeat_one}};
 }
 

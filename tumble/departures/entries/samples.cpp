@@ -62,12 +62,13 @@ std::vector<Departure> of_samples() {
   return {{.name = "samples_repeated",
            .summary = "a sensor gives 73 values in the time of 100 samples, and the record repeats them",
            .targets = outputs,
-           .told_by = {"stuck_output", "noise_below_terms"},
+           .told_by = {"stuck_output", "noise_below_terms", "samples_repeat"},
            .record = hold_slow},
           {.name = "samples_zero",
            .summary = "one sample in 200 of an output is written as zero",
            .targets = outputs,
-           .told_by = {"outlier", "outliers", "single_outliers", "outliers_together", "damaged_sample", "windows_off"},
+           .told_by = {"outlier", "outliers", "single_outliers", "outliers_together", "damaged_sample", "windows_off",
+                       "zeros_in_place_of_samples", "zeros_not_used"},
            .record = write_zeros},
           {.name = "rows_lost",
            .summary = "rows of the record are lost, single ones and a whole piece",
@@ -77,7 +78,8 @@ std::vector<Departure> of_samples() {
           {.name = "values_lost",
            .summary = "the largest values of an output are lost",
            .targets = outputs,
-           .told_by = {},  // missing_samples says that some are lost, and not that they are the largest
+           .told_by = {"largest_values_missing",
+                       "large_values_lost"},  // missing_samples does not say that they are the largest
            .record = lose_large}};
 }
 

@@ -74,8 +74,9 @@ std::vector<Departure> of_surroundings() {
           {.name = "magnetic",
            .summary = "an output depends on the direction of the Earth's magnetic field, through the angle of an axis",
            .targets = on_an_axis,
-           .told_by = {"earth_rate_differs", "gyro_gain_far_from_stated", "segments_differ_from_model",
-                       "positions_off_circle"},
+           .told_by = {"earth_rate_differs", "gyro_gain_far_from_stated", "output_follows_axis",
+                       "segments_differ_from_model", "positions_off_circle", "reference_relation_differs",
+                       "line_beside_force"},
            .covered = covered_bias,
            .record = point_like_a_compass}};
 }

@@ -56,6 +56,9 @@ void set_identity(Reader& reader) {
   if (c.title.empty()) c.title = e.title;
   if (c.model.empty()) c.model = e.instrument_model;
   if (c.serial.empty()) c.serial = e.instrument_serial;
+  if (e.provenance.seed)
+    reader.note(fmt::format("specimen: the data of {} are simulated (seed {}); this calibrates no instrument",
+                            reader.input().file, *e.provenance.seed));
   if (!e.instrument_serial.empty() && e.instrument_serial != c.serial && reader.input().axis.empty())
     reader.note(fmt::format("results of several serial numbers: {} and {} ({})", c.serial, e.instrument_serial,
                             reader.input().file));

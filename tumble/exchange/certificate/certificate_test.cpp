@@ -216,6 +216,16 @@ TEST(Certificate, OfSimulatedDataIsASpecimen) {
   EXPECT_NE(certificate_html(certify(estimate, example_details(), {})).find("Specimen"), std::string::npos);
 }
 
+TEST(Certificate, OfAnotherUnitThanTheResultIsRefused) {
+  auto details = example_details();
+  details.item.serial = measured_estimate().instrument_serial;
+  EXPECT_FALSE(details.item.serial.empty());
+  EXPECT_NO_THROW(certify(measured_estimate(), details, {}));
+  details.item.serial = "another";
+  EXPECT_TRUE(refuses(input, Asked{.values = {measured_estimate().instrument_serial, "another"}},
+                      refused(measured_estimate(), details)));
+}
+
 TEST(Certificate, MakesNoStatementOnAParameterThatAnErrorConcerns) {
   const Certificate certificate = certify(measured_estimate(), example_details(), {"bias"});
   EXPECT_EQ(certificate.statements[0].outcome, Decision::Outcome::undecided);

@@ -151,6 +151,10 @@ void refuse_details(const Estimate& estimate, const CertificateDetails& details)
                              known.parameter, Name{known.unit.text()}, Name{name(known.unit.dimension())},
                              Name{parameter->unit.text()}, Name{name(parameter->unit.dimension())}));
   }
+  if (const auto& stated = details.item.serial;
+      !stated.empty() && !estimate.instrument_serial.empty() && stated != estimate.instrument_serial)
+    problems.push_back(say("the result is of unit {}: the certificate cannot be of {}",
+                           Name{estimate.instrument_serial}, Name{stated}));
   if (!problems.empty()) throw Error(Error::Kind::bad_input, problems);
 }
 

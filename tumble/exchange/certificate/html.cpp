@@ -178,7 +178,8 @@ std::string certificate_html(const Certificate& certificate) {
          parties(certificate, words) + conditions_table(certificate, words) + equipment_table(certificate, words) +
          results_table(certificate, words) + conformity(certificate, words) + "<section><h2>" + words("traceability") +
          "</h2>\n<p>" + escaped(certificate.details.traceability) + "</p></section>\n" + remarks(certificate, words) +
-         certificate::data(certificate, words) + persons(certificate, words) + "</body>\n</html>\n";
+         certificate::data(certificate, words) + persons(certificate, words) + annex(certificate, words) +
+         "</body>\n</html>\n";
 }
 
 }  // namespace tumble

@@ -36,5 +36,6 @@ std::string conditions_table(const Certificate& certificate, const Words& words)
 std::string equipment_table(const Certificate& certificate, const Words& words);
 std::string results_table(const Certificate& certificate, const Words& words);
 std::string conformity(const Certificate& certificate, const Words& words);
+std::string annex(const Certificate& certificate, const Words& words);
 
 }  // namespace tumble::certificate

@@ -139,6 +139,25 @@ std::string noise_line(const TriadCalibration& t, const char* what, const char* 
                      values(&AxisNoise::instability, instability));
 }
 
+/// Which N and K the user gave, and which axes have none: their noise is not known, and not zero.
+void add_noise_origin(const ImuCalibration& c, const Settings& settings, std::vector<std::string>& lines) {
+  for (const auto& option : noise_options) {
+    const TriadCalibration& t = option.gyro ? c.gyros : c.accelerometers;
+    const char *letter = option.value == &AxisNoise::white ? "N" : "K",
+               *what = option.gyro ? "gyros" : "accelerometers";
+    if (settings.has(option.name)) {
+      lines.push_back(fmt::format("{} of the {} is that of the setting {}, of all axes", letter, what, option.name));
+      continue;
+    }
+    std::string without;
+    for (std::size_t i = 0; i < 3; ++i)
+      if (std::isnan(t.noise[i].*option.value)) without += fmt::format(" {}", "xyz"[i]);
+    if (!without.empty() && without.size() < 6)  // else no axis has it
+      lines.push_back(
+          fmt::format("{} of the {} is not shown for{}: one number is of the other axes", letter, what, without));
+  }
+}
+
 std::vector<std::string> header_of(const Export& entry, const ImuCalibration& c, const Settings& settings,
                                    const ExportRequest& request) {
   std::vector<std::string> lines{fmt::format("calibration for {}, written by tumble export", entry.name)};
@@ -160,6 +179,7 @@ std::vector<std::string> header_of(const Export& entry, const ImuCalibration& c,
   if (c.gyros.has_noise() || c.accelerometers.has_noise())
     lines.push_back(settings.word("axes") == "max" ? "one number for three axes is the greatest of them"
                                                    : "one number for three axes is their root mean square");
+  add_noise_origin(c, settings, lines);
   if (request.inflate != 1.0) lines.push_back(fmt::format("N and K are multiplied by {:g}", request.inflate));
   for (const auto& note : c.notes) lines.push_back("note: " + note);
   return lines;

@@ -180,7 +180,7 @@ TEST(Export, AxesThatWereNotMeasuredDoNotCount) {
   EXPECT_EQ(testing::number_after(one, "gyroscope_random_walk:"), 2.0);
   calibration.gyros.noise[0] = {.white = 3.0};  // measured, without a walk
   const std::string two = export_calibration(find_export("kalibr"), calibration, request({{"rate", "200"}}));
-  EXPECT_DOUBLE_EQ(testing::number_after(two, "gyroscope_random_walk:"), std::sqrt(2.0));
+  EXPECT_EQ(testing::number_after(two, "gyroscope_random_walk:"), 2.0);  // a walk that is not shown is not 0
 }
 
 TEST(Export, TopicCannotLeaveItsLine) {

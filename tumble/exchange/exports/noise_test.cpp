@@ -219,6 +219,24 @@ TEST(NoiseOfExport, TheRateIsThatOfTheRecordsWhereTheySayOne) {
   EXPECT_TRUE(asks(exported(noise_result(true, 0.005, "log"), noise_result(false, 1.0, "1 s, 2 s"))));
 }
 
+std::string kalibr_of(const ImuCalibration& calibration, const std::vector<Given>& settings) {
+  return export_calibration(find_export("kalibr"), calibration, {.settings = settings});
+}
+
+TEST(NoiseOfExport, AnAxisWithoutAWalkIsNoZero) {
+  ImuCalibration noise;
+  for (auto* triad : {&noise.accelerometers, &noise.gyros})
+    for (auto& axis : triad->noise) axis = {.rate = 100.0, .white = white, .walk = some_walk};
+  noise.gyros.noise[2].walk = AxisNoise::none;
+  const std::string file = kalibr_of(noise, {});
+  EXPECT_DOUBLE_EQ(number_after(file, "gyroscope_random_walk:"), some_walk);
+  EXPECT_NE(file.find("K of the gyros is not shown for z"), std::string::npos);
+  EXPECT_EQ(file.find("K of the accelerometers is not shown"), std::string::npos);
+  const std::string given = kalibr_of(noise, {{"gyro_walk", "5 deg/h/sqrt(h)", "--set", true, true}});
+  EXPECT_NE(given.find("K of the gyros is that of the setting gyro_walk"), std::string::npos);
+  EXPECT_EQ(given.find("is not shown for"), std::string::npos);
+}
+
 /// A file without a single number would pass for a calibration.
 TEST(Export, NoiseAloneIsRefusedByFilesThatDoNotStateIt) {
   ImuCalibration noise;

@@ -7,13 +7,13 @@
 
 namespace tumble::populations {
 
-SharedErrors::SharedErrors(const std::vector<const Estimate*>& results) {
+SharedErrors::SharedErrors(const std::vector<const Estimate*>& results) : as_(results) {
   std::map<Key, std::pair<std::size_t, std::size_t>> seen;  // results that have it, draws
   std::set<Key> unlike;
   for (const auto* result : results)
     for (const auto& line : result->budget) {
-      if (line.key.empty()) continue;
-      const Key key{line.source, line.key};
+      const Key key{line.source, as_.of(line)};
+      if (key.second.empty()) continue;
       auto& [count, draws] = seen[key];
       if (count > 0 && draws != line.factor.columns) unlike.insert(key);
       ++count, draws = line.factor.columns;
@@ -28,7 +28,7 @@ SharedErrors::SharedErrors(const std::vector<const Estimate*>& results) {
 Matrix SharedErrors::columns_of(const Estimate& result, const std::vector<std::size_t>& rows) const {
   Matrix out(rows.size(), draws_);
   for (const auto& line : result.budget)
-    if (const auto place = first_.find({line.source, line.key}); place != first_.end())
+    if (const auto place = first_.find({line.source, as_.of(line)}); place != first_.end())
       set_block(out, 0, place->second.first, chosen_rows(line.factor, rows));
   return out;
 }

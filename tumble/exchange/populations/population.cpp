@@ -300,6 +300,9 @@ void add_findings(const Gathered& all, const std::vector<OutlierValue>& outliers
         {Severity::warning, "population_outliers", {{"units", fmt::format("{}", fmt::join(names, ", "))}}});
   if (!all.left_out.empty())
     out.findings.push_back({Severity::info, "results_left_out", {{"number", all.left_out.size()}}});
+  std::vector<const Estimate*> results;
+  for (const auto& unit : all.units) results.push_back(&unit.estimate);
+  for (auto& finding : rig_keys::about_keys(results)) out.findings.push_back(std::move(finding));
   if (all.units.front().simulated) out.findings.push_back({Severity::info, "population_simulated", {}});
 }
 

@@ -31,6 +31,15 @@ std::int64_t unix_unit(const ColumnSample& sample, bool unit_is_said) {
   return 0;
 }
 
+/// [s] LabVIEW counts seconds since 1904: from here on, which is the year 2014 by it and 2080 by Unix time.
+constexpr double least_since_1904 = 3.5e9;
+/// [ns] Unix time of 1904-01-01: 66 years with 17 leap days before 1970.
+constexpr std::int64_t begin_of_1904 = -(66 * 365 + 17) * std::int64_t{86'400} * 1'000'000'000;
+
+bool is_since_1904(const ColumnSample& sample, std::int64_t unit) {
+  return unit == 1'000'000'000 && sample.first >= least_since_1904;
+}
+
 std::string unit_name(std::int64_t unit) {
   return unit == 1 ? "ns" : unit == 1000 ? "us" : unit == 1'000'000 ? "ms" : "s";
 }
@@ -207,8 +216,11 @@ std::optional<Candidate> numbers(const Columns& table, std::size_t column, bool 
   const std::int64_t stated = known ? nanoseconds_of(unit) : 0;
   if (known && kind_of(parse_written_unit(unit)) != QuantityKind::time && !said && !ours) return std::nullopt;
   if (!ours && by_size > 0 && (!known || stated == by_size)) {
-    candidate.clock.columns.front().format = {StampKind::number, DateOrder::open, by_size};
-    candidate.clock.how = in_quotes(name.name) + ", Unix time in " + unit_name(by_size) +
+    const bool labview = is_since_1904(sample, by_size);
+    candidate.clock.columns.front().format = {StampKind::number, DateOrder::open, by_size, 0,
+                                              labview ? begin_of_1904 : 0};
+    candidate.clock.how = in_quotes(name.name) +
+                          (labview ? ", seconds since 1904" : ", Unix time in " + unit_name(by_size)) +
                           (known ? "" : ", as the size of its numbers shows");
   } else if (!ours && known) {
     candidate.clock.how = in_quotes(name.name) + " in " + unit;

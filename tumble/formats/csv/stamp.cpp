@@ -248,8 +248,11 @@ bool parse_stamp(std::string_view cell, const StampFormat& format, Stamp& stamp)
     case StampKind::date_time:
       return parse_date_time(cell, format.order, stamp);
     case StampKind::number:
-      return parse_number_stamp(cell, format.unit, stamp) &&
-             (format.below == 0 || (stamp.time >= 0 && stamp.time < format.below));
+      if (!parse_number_stamp(cell, format.unit, stamp) ||
+          (format.below != 0 && !(stamp.time >= 0 && stamp.time < format.below)))
+        return false;
+      stamp.time += format.zero;
+      return true;
     case StampKind::time_of_day: {
       Scanner scanner{cell};
       return take_clock(scanner, stamp) && take_zone(scanner, stamp);

@@ -23,6 +23,7 @@ struct StampFormat {
   DateOrder order = DateOrder::open;  ///< for dates that do not begin with the year
   std::int64_t unit = 1;              ///< [ns] of one, for numbers
   std::int64_t below = 0;             ///< [ns] numbers are from zero to less than this; 0: any
+  std::int64_t zero = 0;              ///< [ns] Unix time of the number zero
 };
 
 struct Stamp {

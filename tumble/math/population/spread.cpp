@@ -26,6 +26,23 @@ double largest_spread(std::span<const UnitValue> units) {
   return most;
 }
 
+/// Where no spread is most likely: t [u^2] up to which the restricted likelihood falls by half the 95 % quantile of
+/// chi-square with one degree of freedom. Q(t) alone gives no limit there: it may be below its quantile at 0 already.
+double likely_up_to(std::span<const UnitValue> units) {
+  constexpr double fall = 0.5 * 3.841458820694124;
+  const double scale = largest_spread(units);
+  if (scale == 0.0) return 0.0;
+  const double at_zero = mean_at_spread(units, 0.0).log_likelihood;
+  const auto beyond = [&](double sd) { return at_zero - mean_at_spread(units, square(sd)).log_likelihood > fall; };
+  double low = 0.0, high = scale;
+  while (!beyond(high)) low = high, high *= 2.0;
+  for (int i = 0; i < most_steps_of_spread && high - low > 1e-9 * high; ++i) {
+    const double middle = 0.5 * (low + high);
+    (beyond(middle) ? high : low) = middle;
+  }
+  return square(high);
+}
+
 /// Q'(t) [1/u^2], < 0.
 double slope_of_scatter(std::span<const UnitValue> units, double t, double mean) {
   double slope = 0.0;
@@ -109,6 +126,7 @@ UnitSpread spread_of_units(std::span<const UnitValue> units) {
   out.sd = std::sqrt(t);
   out.sd_lower = std::sqrt(spread_at_scatter(units, chi_square_quantile(two_sided_95, freedom)));
   out.sd_upper = std::sqrt(spread_at_scatter(units, chi_square_quantile(below_two_sided_95, freedom)));
+  if (t == 0.0) out.sd_upper = std::max(out.sd_upper, std::sqrt(likely_up_to(units)));
   out.scatter = mean_at_spread(units, 0.0).q;
   out.below_stated = out.scatter < chi_square_quantile(below_two_sided_95, freedom);
   return out;

@@ -16,9 +16,11 @@ struct UnitValue {
 /// subtracted by their stated uncertainties. A spread of zero is no proof that units are alike: `sd_upper` says how
 /// much they may differ.
 struct UnitSpread {
-  double mean = 0.0, mean_sd = 0.0;                 ///< [u]; (8.5), never below what the stated uncertainties give
-  double mean_lower = 0.0, mean_upper = 0.0;        ///< [u], 95 %
-  double sd = 0.0, sd_lower = 0.0, sd_upper = 0.0;  ///< [u]; tau by restricted likelihood, 95 % by the Q-profile (8.4)
+  double mean = 0.0, mean_sd = 0.0;           ///< [u]; (8.5), never below what the stated uncertainties give
+  double mean_lower = 0.0, mean_upper = 0.0;  ///< [u], 95 %
+  /// [u]; tau by restricted likelihood, 95 % by the Q-profile (8.4); where tau is 0, at least up to where the likelihood
+  /// has fallen by 1.92
+  double sd = 0.0, sd_lower = 0.0, sd_upper = 0.0;
   double scatter = 0.0;       ///< Q(0) [1], chi-square of n - 1 degrees of freedom if all units are equal
   bool below_stated = false;  ///< the scatter is significantly smaller than the stated uncertainties (p < 0.025)
 };

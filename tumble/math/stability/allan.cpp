@@ -58,8 +58,7 @@ double pooled_edf(const std::vector<std::size_t>& terms, int alpha, std::size_t 
 std::vector<DeviationPoint> points_of(const Phase& phase, double sample_rate, std::span<const std::size_t> factors,
                                       double confidence, std::span<const int> alphas) {
   const auto sums = second_difference_sums(phase, factors);
-  const auto types =
-      alphas.empty() ? identify_noise_types(phase, factors, sums) : std::vector(alphas.begin(), alphas.end());
+  const auto types = alphas.empty() ? identify_noise_types(phase, factors) : std::vector(alphas.begin(), alphas.end());
   std::vector<DeviationPoint> points;
   for (std::size_t i = 0; i < factors.size(); ++i) {
     const auto terms = terms_of_runs(phase, factors[i]);

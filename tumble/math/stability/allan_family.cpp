@@ -194,7 +194,7 @@ std::vector<int> types_of(Stability measure, const Phase& phase, std::span<const
   std::vector<std::size_t> typed(factors.begin(), factors.end());
   if (measure == Stability::theoh)
     for (std::size_t& m : typed) m = std::min(m, std::max<std::size_t>(1, phase.values.size() / typed_part));
-  return identify_noise_types(phase, typed, second_difference_sums(phase, typed));
+  return identify_noise_types(phase, typed);
 }
 
 }  // namespace

@@ -1,12 +1,14 @@
 #include "tumble/math/stability/allan_noise_type.hpp"
 
 #include <algorithm>
-#include <array>
+#include <bit>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <vector>
 
 #include "tumble/math/parallel.hpp"
+#include "tumble/math/stability/allan_differences.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble {
@@ -207,13 +209,26 @@ int settled(const Reading& reading, int shorter) {
 
 }  // namespace
 
-std::vector<int> identify_noise_types(const Phase& phase, std::span<const std::size_t> factors,
-                                      std::span<const double> allan_sums) {
-  std::vector<Reading> readings(factors.size());
-  parallel_for(factors.size(), [&](std::size_t i) { readings[i] = read_type(phase, factors[i], allan_sums[i]); });
-  std::vector<int> types;
-  for (const Reading& reading : readings) types.push_back(settled(reading, types.empty() ? 2 : types.back()));
-  return types;
+std::vector<int> identify_noise_types(const Phase& phase, std::span<const std::size_t> factors) {
+  // The octaves of the record from one sample on decide what follows what, whichever factors are asked for.
+  const std::size_t longest = factors.empty() ? 0 : *std::ranges::max_element(factors);
+  std::vector<std::size_t> all(factors.begin(), factors.end());
+  for (std::size_t octave = 1; octave <= longest; octave *= 2) all.push_back(octave);
+  std::ranges::sort(all);
+  const auto repeated = std::ranges::unique(all);
+  all.erase(repeated.begin(), repeated.end());
+  const auto sums = second_difference_sums(phase, all);
+  std::vector<Reading> readings(all.size());
+  parallel_for(all.size(), [&](std::size_t i) { readings[i] = read_type(phase, all[i], sums[i]); });
+  std::map<std::size_t, int> types;
+  int octave = 2;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    types[all[i]] = settled(readings[i], octave);
+    if (std::has_single_bit(all[i])) octave = types[all[i]];
+  }
+  std::vector<int> asked;
+  for (const std::size_t factor : factors) asked.push_back(types.at(factor));
+  return asked;
 }
 
 }  // namespace tumble

@@ -143,5 +143,19 @@ TEST(OverlappingAllan, RefusesValuesWhoseSquaresOverflow) {
                       [&] { overlapping_allan(rate, 1.0, {}); }));
 }
 
+// The type at an averaging time, and with it the band, does not depend on which others are asked for.
+TEST(OverlappingAllan, TheBandDoesNotDependOnWhatElseIsAskedFor) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const auto rate = white_noise(10000, seed);
+    const auto alone = overlapping_allan(rate, 1.0, {.factors = {2000}});
+    for (const std::vector<std::size_t>& others : {std::vector<std::size_t>{1, 2000}, {7, 300, 2000}, {1999, 2000}}) {
+      const auto among = overlapping_allan(rate, 1.0, {.factors = others});
+      EXPECT_EQ(among.back().alpha, alone[0].alpha) << seed;
+      EXPECT_EQ(among.back().upper, alone[0].upper) << seed;
+    }
+    EXPECT_LT(alone[0].edf, 20.0) << seed;  // five averages of white noise, and not thousands of white phase noise
+  }
+}
+
 }  // namespace
 }  // namespace tumble

@@ -79,7 +79,7 @@ Estimate predict(const Plan& plan) {
   Bench bench = bench_of(plan);
   bench.white = truth.noise.angle_random_walk * truth.noise.angle_random_walk;
   set_outputs(plan, bench);
-  const Expected expected{truth.turn_on_sd};
+  const Expected expected{truth.noise, truth.turn_on_sd};
   return reduced(bench, plan.settings, &expected);
 }
 

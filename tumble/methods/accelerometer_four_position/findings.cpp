@@ -13,6 +13,7 @@
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/math/normal.hpp"
+#include "tumble/methods/accelerometer_four_position/doubts.hpp"
 #include "tumble/methods/accelerometer_four_position/lag.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
 
@@ -345,6 +346,7 @@ void add_findings(const Bench& bench, const Reduced& reduced, const Settings& se
     look_at_sizes(bench, reduced, findings);
     look_for_odd_sets(bench, reduced, findings);
     look_at_misfits(reduced, findings);
+    for (auto& finding : doubts_about(bench)) findings.push_back(std::move(finding));
   }
   look_at_temperatures(bench, reduced, settings, measured, findings);
   add_hidden_terms(bench, reduced, findings);

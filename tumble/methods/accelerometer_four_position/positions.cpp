@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "tumble/clocks/sampling_rate.hpp"
 #include "tumble/methods/accelerometer_four_position/cells.hpp"
 #include "tumble/methods/accelerometer_four_position/counts.hpp"
 #include "tumble/methods/accelerometer_four_position/halves.hpp"
@@ -101,6 +102,7 @@ void add_positions(const Evidence* measured, double averaging, Bench& bench) {
     position.seconds = bench.rows.segments[g].duration;
     set_place(bench.rows.segments[g].felt, position);
     set_commanded_temperature(power_up, stretch, position);
+    position.set_point = position.temperature;
     const Channel* thermometer =
         measured ? channel_for(*measured, measured->recordings[stretch.recording], "temperature") : nullptr;
     if (!thermometer || !set_measured_temperature(*thermometer, stretch, position)) bench.measured_temperature = false;
@@ -179,6 +181,7 @@ Bench bench_of(const Evidence& evidence, const std::string& role) {
   bench.problem.pulse = bench.pulse;
   bench.measured = &evidence;
   bench.rates = std::make_shared<const Evidence>(per_second(evidence, role, bench.findings));
+  if (bench.output.pulses) bench.problem.settling += 1.0 / sampling_rate(channel);  // its stamp may be that of its end
   bench.evidence = linear::evidence_of(*bench.rates, bench.problem);
   complete(settings, &evidence, bench);
   return bench;
@@ -188,6 +191,7 @@ Bench bench_of(const Plan& plan) {
   Bench bench;
   set_scale(accelerometer::scale_factor_of(plan.truth), accelerometer::output_of(plan.truth, plan.sample_rate), bench);
   bench.problem = problem_of(plan.settings, "accelerometer");
+  if (bench.output.pulses) bench.problem.settling += 1.0 / plan.sample_rate;
   bench.evidence = linear::evidence_of(plan, bench.problem);
   complete(plan.settings, nullptr, bench);
   return bench;

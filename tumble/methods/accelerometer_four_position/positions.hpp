@@ -32,6 +32,7 @@ struct Position {
   double output = 0.0;                                ///< [m/s^2] E/K_m, mean; NaN where predicted
   double seconds = 0.0;                               ///< of the samples used
   double temperature = 0.0, temperature_drift = 0.0;  ///< [K] mean, and second half minus first
+  double set_point = 0.0;                             ///< [K] mean temperature by the schedule
   double squares = 0.0, freedom = 0.0;                ///< of the averages about the mean [(m/s^2)^2 s]: a density
   double averaging = 0.0;                             ///< [s] of these averages
 };

@@ -7,6 +7,7 @@
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/methods/accelerometer_four_position/repeatability.hpp"
+#include "tumble/reduce/linear/slow.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::accelerometer_four_position {
@@ -88,12 +89,16 @@ void fill_estimated(const Matrix& gain, double white_freedom, const std::vector<
   }
 }
 
-/// Turn-on repeatability of the bias, which is the first quantity.
-void add_expected(const Bench& bench, const Stacked& all, double turn_on_sd, std::vector<Source>& sources) {
-  if (!(turn_on_sd > 0.0)) return;
-  Matrix kernel(all.z.size(), all.z.size());
-  set_block(kernel, 0, 0, same_power_up(bench));
-  add(sources, "turn-on repeatability", turn_on_sd * turn_on_sd * kernel);
+/// Slow noise and turn-on repeatability of the outputs.
+void add_expected(const Bench& bench, const Stacked& all, const Expected& expected, std::vector<Source>& sources) {
+  const auto& test = bench.evidence.test;
+  std::vector<linear::Interval> intervals;
+  for (const auto& stretch : test.stretches)
+    intervals.push_back({stretch.start, test.power_ups[stretch.power_up].offset + stretch.first, stretch.duration()});
+  const double step = test.stretches.front().step;
+  for (const auto& slow : linear::known_slow_noise(intervals, expected.noise, expected.turn_on_sd, step))
+    if (const Matrix moved = sandwich(all.slope, slow.variance * slow.kernel); trace(moved) > 0.0)
+      add(sources, slow.source, moved);
 }
 
 /// Adds the sources that the scatter of the cells shows.
@@ -155,7 +160,7 @@ Reduced reduce(const Bench& bench, std::size_t order, bool two, double thermomet
       !expected && bench.cells.size() > (out.repeated ? bench.group_temperature.size() : order + 1);
   std::vector<Repeatability> repeatability;
   if (out.repeatability_known) repeatability = add_repeatability(bench, all, design, sources, out);
-  if (expected) add_expected(bench, all, expected->turn_on_sd, sources);
+  if (expected) add_expected(bench, all, *expected, sources);
 
   const Matrix v = sum_of(sources);
   const Estimator estimate = estimator(design.x, all.z, for_weights(v, all.cells));

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "tumble/core/estimate.hpp"
+#include "tumble/math/noise_model.hpp"
 #include "tumble/methods/accelerometer_four_position/design.hpp"
 
 /// From positions to coefficients over temperature with their covariance.
@@ -56,6 +57,7 @@ double freedom_of(const Reduced& reduced, const std::vector<double>& weights);
 
 /// Known noise where there are no data.
 struct Expected {
+  NoiseModel noise;         ///< of the output
   double turn_on_sd = 0.0;  ///< turn-on repeatability of the bias [m/s^2]
 };
 

@@ -14,6 +14,8 @@
 #include "tumble/methods/allan_noise/lines.hpp"
 #include "tumble/methods/allan_noise/outliers.hpp"
 #include "tumble/methods/allan_noise/periodic.hpp"
+#include "tumble/methods/allan_noise/settling.hpp"
+#include "tumble/methods/allan_noise/slow_courses.hpp"
 #include "tumble/methods/allan_noise/spectrum.hpp"
 #include "tumble/methods/allan_noise/stream.hpp"
 #include "tumble/methods/allan_noise/temperature.hpp"
@@ -21,6 +23,8 @@
 #include "tumble/methods/allan_noise/windows.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/reduce/even_signal.hpp"
+#include "tumble/reduce/lost_by_value.hpp"
+#include "tumble/reduce/zeros.hpp"
 #include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
@@ -33,21 +37,25 @@ std::vector<Role> roles() {
 }
 
 std::vector<Option> data_options() {
-  return {word("data", {"rate", "angle", "phase", "frequency", "increment", "count"})
-              .otherwise("rate")
-              .says("what the samples are: an angular rate or a specific force; its integral, an angle or a velocity; "
-                    "the time error of a clock, or its fractional frequency; the angle or velocity since the sample "
-                    "before; pulses since then"),
-          text("pulse").says("with data = count: angle or velocity of one pulse, as in 0.5 arcsec"),
-          quantity("rate", "Hz")
-              .above(0)
-              .at_most(1e9)
-              .bare()
-              .says("sampling rate, where the file does not state it or is wrong"),
-          word("timing", {"auto", "even", "stamps"})
-              .otherwise("auto")
-              .says("even: evenly spaced at the mean rate; stamps: averaged onto an even grid; auto: even where only "
-                    "the stamps are late")};
+  return {
+      word("data", {"rate", "angle", "phase", "frequency", "increment", "count"})
+          .otherwise("rate")
+          .says("what the samples are: an angular rate or a specific force; its integral, an angle or a velocity; "
+                "the time error of a clock, or its fractional frequency; the angle or velocity since the sample "
+                "before; pulses since then"),
+      text("pulse").says("with data = count: angle or velocity of one pulse, as in 0.5 arcsec"),
+      quantity("rate", "Hz")
+          .above(0)
+          .at_most(1e9)
+          .bare()
+          .says("sampling rate, where the file does not state it or is wrong"),
+      quantity("from", "s")
+          .at_least(0)
+          .says("time from the begin of the record that is not used, as in 30 min, while the instrument becomes warm"),
+      word("timing", {"auto", "even", "stamps"})
+          .otherwise("auto")
+          .says("even: evenly spaced at the mean rate; stamps: averaged onto an even grid; auto: even where only "
+                "the stamps are late")};
 }
 
 std::vector<Option> curve_options() {
@@ -148,8 +156,57 @@ void fit_allan(const EvenSignal& signal, const Settings& settings, ChannelNoise&
   result.fit = fit_allan_curve(signal, overlapping_allan(signal.values, signal.rate, options), options, settings);
 }
 
+/// The terms of a record by the estimator that is asked for.
+void fit_terms(const EvenSignal& signal, const Settings& settings, ChannelNoise& result) {
+  if (result.likelihood && settings.word("lines") == "fit")
+    fit_likelihood_and_lines(signal, settings, result);
+  else if (result.likelihood)
+    fit_likelihood(
+        NoiseBands(signal.values), [&] { return spectral_lines(signal.values); }, signal.begin, settings, result);
+  else
+    fit_allan(signal, settings, result);
+}
+
+/// The temperature of the samples of a signal; empty: no thermometer beside it, or of another length.
+std::vector<double> warmth_beside(const ChannelRun& stretch, const Channel* thermometer, const Settings& settings,
+                                  const EvenSignal& signal) {
+  if (thermometer == nullptr) return {};
+  ChannelRun beside = stretch;
+  beside.channel = thermometer;
+  const EvenSignal warmth = from_start(
+      even_signal(beside, settings.has("rate") ? settings.number("rate") : 0.0, settings.word("timing")), settings);
+  if (warmth.values.size() < signal.values.size()) return {};
+  const auto same = warmth.values.first(signal.values.size());
+  return {same.begin(), same.end()};
+}
+
+/// Where the record follows the temperature beside it: the record without that, and the terms of this. before: the
+/// result as it was before its terms were fitted.
+std::optional<EvenSignal> without_temperature(const std::vector<double>& warmth, const Settings& settings,
+                                              const ChannelNoise& before, const EvenSignal& signal,
+                                              ChannelNoise& result) {
+  const auto found = temperature_course(signal.values, warmth, result);
+  if (!found) return {};
+  result.temperature = found->effect;
+  if (found->effect.chance > course_chance) return {};
+  EvenSignal level = signal;
+  level.made.assign(signal.values.begin(), signal.values.end());
+  for (std::size_t i = 0; i < level.made.size(); ++i) level.made[i] -= found->of_bias[i];
+  level.values = level.made;
+  ChannelNoise rest = before;
+  fit_terms(level, settings, rest);
+  rest.temperature = result.temperature;
+  rest.thermometer = result.thermometer;
+  rest.findings.push_back(follows_temperature(rest));
+  add_course_variance(found->of_bias, 1.0, rest);
+  result = std::move(rest);
+  std::optional<EvenSignal> without(std::move(level));
+  without->values = without->made;
+  return without;
+}
+
 /// Deviation curve and fit of one stretch; `failure` says why there is none.
-ChannelNoise analyse(const ChannelRun& stretch, const Settings& settings) {
+ChannelNoise analyse(const ChannelRun& stretch, const Channel* thermometer, const Settings& settings) {
   ChannelNoise result;
   result.label = stretch.label;
   result.kind = kind_of_rate(*stretch.channel, settings);
@@ -157,28 +214,29 @@ ChannelNoise analyse(const ChannelRun& stretch, const Settings& settings) {
   try {
     EvenSignal signal = rate_signal(stretch, settings);
     result.findings = signal.findings;
+    if (settings.word("data") == "rate")
+      for (Finding& one : take_zeros_out(signal, result.label)) result.findings.push_back(std::move(one));
     result.rate = signal.rate;
     result.samples = signal.values.size();
     result.failure = unusable(signal);
     if (!result.failure.empty()) return result;
     result.begin = signal.begin;
     find_outliers(settings, signal, result);
-    const Findings coarse = coarse_output(signal.values, result.label);
-    result.findings.insert(result.findings.end(), coarse.begin(), coarse.end());
+    for (const Findings& some :
+         {coarse_output(signal.values, result.label), lost_by_value(signal.values, result.label)})
+      result.findings.insert(result.findings.end(), some.begin(), some.end());
     set_disturbed_aside(settings, signal, result);
     settle_outliers(result);
     const AllanOptions curve = curve_options_of(settings, signal);
     result.curve = overlapping_allan(signal.values, signal.rate, curve);
     warn_where_curve_ends(settings, result);
     result.likelihood = settings.word("estimator") == "likelihood";
-    if (result.likelihood && settings.word("lines") == "fit")
-      fit_likelihood_and_lines(signal, settings, result);
-    else if (result.likelihood)
-      fit_likelihood(
-          NoiseBands(signal.values), [&] { return spectral_lines(signal.values); }, signal.begin, settings, result);
-    else
-      fit_allan(signal, settings, result);
-    if (result.likelihood && !result.outliers.empty()) add_robust_terms(signal, settings, result);
+    if (thermometer != nullptr) result.thermometer = thermometer->name;
+    const ChannelNoise before = result;
+    fit_terms(signal, settings, result);
+    const auto level =
+        without_temperature(warmth_beside(stretch, thermometer, settings, signal), settings, before, signal, result);
+    if (result.likelihood && !result.outliers.empty()) add_robust_terms(level ? *level : signal, settings, result);
     add_family(signal, settings, result);
     add_all_taus(signal, settings, result);
     add_spectrum(signal, settings, result);
@@ -211,7 +269,10 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   const auto runs = channel_runs(evidence, channels_of_data(settings));
   std::vector<ChannelNoise> results(runs.size());
   report(progress, 0.0, "Allan deviation");
-  parallel_for(runs.size(), [&](std::size_t i) { results[i] = analyse(runs[i], settings); });
+  parallel_for(runs.size(), [&](std::size_t i) {
+    const Recording& recording = evidence.recordings[runs[i].recording];
+    results[i] = analyse(runs[i], temperature_of(recording, *runs[i].channel), settings);
+  });
   report(progress, 1.0, "Allan deviation");
   Estimate estimate = described(results, evidence.plan);
   describe_lines(results, estimate);
@@ -222,7 +283,8 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   describe_spectra(results, estimate);
   describe_windows(results, estimate);
   describe_together(runs, results, settings, estimate);
-  describe_temperature(evidence, runs, results, estimate);
+  describe_warm_up(results, estimate);
+  describe_temperature(results, estimate);
   return estimate;
 }
 
@@ -243,6 +305,7 @@ void check_settings(const Settings& settings) {
 Estimate described_stream(const std::vector<ChannelNoise>& results, const Plan& plan) {
   Estimate estimate = described(results, plan);
   describe_outliers(results, estimate);
+  describe_warm_up(results, estimate);
   return estimate;
 }
 

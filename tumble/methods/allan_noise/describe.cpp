@@ -259,11 +259,15 @@ void add_stability_curves(const ChannelNoise& channel, std::vector<Curve>& curve
     }
     terms.push_back(line(channel, "lines", variances));
   }
+  if (!channel.course_variance.empty()) {
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += channel.course_variance[i];
+    terms.push_back(line(channel, "warm-up and temperature", channel.course_variance));
+  }
   curves.push_back(line(channel, "fitted", sum));
   for (auto& curve : terms) curves.push_back(std::move(curve));
 }
 
-/// A term that is not significant in some channels: where, and its greatest limit.
+/// A term that is not significant in some channels of one kind: where, and its greatest limit.
 struct HiddenTerm {
   TermWords term;
   Phrase remedy;
@@ -280,8 +284,9 @@ void add_hidden(const ChannelNoise& channel, std::vector<HiddenTerm>& hidden) {
     if (channel.fit.shown[t]) continue;
     const TermWords name = words(term.unit.term, channel.kind);
     const double limit = coefficient(term.unit.term, term.upper_limit, channel.rate);
-    auto entry = std::ranges::find_if(
-        hidden, [&](const HiddenTerm& one) { return one.term.name == name.name && one.supported == term.kept; });
+    auto entry = std::ranges::find_if(hidden, [&](const HiddenTerm& one) {
+      return one.term.name == name.name && one.term.unit == name.unit && one.supported == term.kept;
+    });
     if (entry == hidden.end()) entry = hidden.insert(entry, {.term = name, .remedy = remedy(term.unit.term)});
     entry->supported = term.kept;
     Occurrences& occurrences = entry->occurrences;

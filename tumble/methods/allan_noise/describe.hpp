@@ -44,10 +44,28 @@ struct Outlier {
   }
 };
 
+/// An exponential that dies away from the begin of the record, fitted beside the noise and subtracted.
+struct WarmUp {
+  double size = 0.0, size_sd = 0.0;            ///< [u] at the begin
+  double time = 0.0;                           ///< [s] time constant
+  double chance = 1.0;                         ///< probability of so much in noise alone
+  double walk_with = 0.0, walk_without = 0.0;  ///< [SI] random walk with it in the record, and without; 0: not shown
+};
+
 /// One measure of stability of a channel.
 struct FamilyCurve {
   Stability measure;
   std::vector<DeviationPoint> points;
+};
+
+/// How a channel follows the temperature of its recording.
+struct TemperatureEffect {
+  double range = 0.0;                      ///< [K] of the averages
+  double slope = 0.0, slope_sd = 0.0;      ///< [u/K]
+  double of_rate = 0.0, of_rate_sd = 0.0;  ///< [u s/K] by the rate of change of the temperature; 0: not tried
+  double explained = 0.0;                  ///< share of the variance of the averages
+  double average = 0.0;                    ///< [s] averaged over
+  double chance = 1.0;                     ///< probability of so much of both without an effect
 };
 
 /// Result for one channel.
@@ -67,7 +85,11 @@ struct ChannelNoise {
   double begin = 0.0;  ///< [s] time of the first sample
   std::vector<LengthAdvice> advice;
   std::vector<FittedLine> lines;
-  std::vector<RecordPart> set_aside;  ///< samples that are treated as missing
+  std::vector<WarmUp> warm_ups;
+  std::optional<TemperatureEffect> temperature;  ///< where a thermometer beside it moved
+  std::string thermometer;                       ///< its name
+  std::vector<double> course_variance;           ///< [u^2] for each point of the curve, of courses that were subtracted
+  std::vector<RecordPart> set_aside;             ///< samples that are treated as missing
   std::vector<Outlier> outliers;
   std::vector<RecordPart> knocks_set_aside;  ///< of set_aside, those that are as short as knocks
   std::optional<NoiseFit> robust;            ///< of the record without its outliers, where it has some

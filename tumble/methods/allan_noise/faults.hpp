@@ -4,7 +4,6 @@
 #include <string>
 
 #include "tumble/core/finding.hpp"
-#include "tumble/math/noise/noise_bands.hpp"
 #include "tumble/methods/allan_noise/describe.hpp"
 
 namespace tumble::allan_noise {
@@ -15,13 +14,6 @@ namespace tumble::allan_noise {
 /// Given     values  [u]; NaN: missing
 /// Returned  no or one finding
 Findings coarse_output(std::span<const double> values, const std::string& label);
-
-/// Findings where slow noise is not the same all along: the bias jumps (steps, popcorn noise), or it moves more in the
-/// first eighth of the record than later (settling after power-up). Differences of neighbouring means, whose length is
-/// doubled from 16 samples on, are compared with their median size, and those of the first eighth with the others.
-///
-/// Given     begin [s] of the record, rate [Hz]
-Findings uneven_bias(const NoiseBands& bands, double begin, double rate, QuantityKind kind, const std::string& label);
 
 /// Findings for processes whose correlation time lies at an end of the range that is searched.
 Findings times_at_bound(const ChannelNoise& channel);

@@ -11,6 +11,7 @@
 #include "tumble/math/noise_model.hpp"
 #include "tumble/methods/testing/answer.hpp"
 #include "tumble/methods/testing/noise_record.hpp"
+#include "tumble/reduce/uneven_bias.hpp"
 
 namespace tumble::allan_noise {
 namespace {
@@ -26,7 +27,7 @@ std::vector<double> noise_and_walk(std::size_t samples, double walk, std::uint64
 
 std::vector<std::string> codes_of(const std::vector<double>& values) {
   std::vector<std::string> codes;
-  for (const Finding& finding : uneven_bias(NoiseBands(values), 0.0, fault_rate, QuantityKind::angular_rate, "gyro.x"))
+  for (const Finding& finding : uneven_bias(NoiseBands(values), 0.0, fault_rate, "deg/h", "gyro.x"))
     codes.push_back(finding.code);
   return codes;
 }

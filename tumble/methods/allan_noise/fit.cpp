@@ -10,6 +10,8 @@
 #include "tumble/methods/allan_noise/lines.hpp"
 #include "tumble/methods/allan_noise/periodic.hpp"
 #include "tumble/methods/allan_noise/ramp.hpp"
+#include "tumble/methods/allan_noise/settling.hpp"
+#include "tumble/reduce/uneven_bias.hpp"
 
 namespace tumble::allan_noise {
 namespace {
@@ -104,9 +106,12 @@ std::vector<LengthAdvice> advice(const ChannelNoise& channel, const NoiseBands& 
   return rows;
 }
 
-void conclude(const NoiseBands& bands, double begin, const Settings& settings, ChannelNoise& result) {
+/// Given: lines of which the fit does not use the frequencies.
+void conclude(NoiseBands bands, const std::vector<SpectralLine>& avoided, double begin, const Settings& settings,
+              ChannelNoise& result) {
+  take_warm_up(bands, avoided, begin, options_of(settings, result.rate), result);
   const Findings changes = changes_along(bands, begin, result.rate, result.label);
-  for (const Findings& some : {changes, uneven_bias(bands, begin, result.rate, result.kind, result.label),
+  for (const Findings& some : {changes, uneven_bias(bands, begin, result.rate, rate_unit(result.kind), result.label),
                                times_at_bound(result), process_like_filter(result)})
     result.findings.insert(result.findings.end(), some.begin(), some.end());
   result.advice = advice(result, bands, settings.number("wanted_sd"));
@@ -118,8 +123,9 @@ void fit_likelihood(NoiseBands bands, const std::function<std::vector<SpectralLi
                     const Settings& settings, ChannelNoise& result) {
   const auto options = options_of(settings, result.rate);
   result.fit = fit_noise(bands, options);
+  std::vector<SpectralLine> lines;
   if (result.fit.model_error > 0.0) {
-    const auto lines = lines_of_record();
+    lines = lines_of_record();
     if (!lines.empty()) {
       bands = without_lines(bands, lines);
       result.fit = fit_noise(bands, options);
@@ -130,7 +136,7 @@ void fit_likelihood(NoiseBands bands, const std::function<std::vector<SpectralLi
                                  {lines.size(), {}, {}}});
     }
   }
-  conclude(bands, begin, settings, result);
+  conclude(std::move(bands), lines, begin, settings, result);
 }
 
 void fit_likelihood_and_lines(const EvenSignal& signal, const Settings& settings, ChannelNoise& result) {
@@ -151,7 +157,7 @@ void fit_likelihood_and_lines(const EvenSignal& signal, const Settings& settings
                                values_of(periodic.wandering, result),
                                result.label,
                                {periodic.wandering.size(), {}, {}}});
-  conclude(periodic.bands, signal.begin, settings, result);
+  conclude(periodic.bands, periodic.wandering, signal.begin, settings, result);
 }
 
 /// The noise about a line looks smaller than it is until the variance that the line took is added again: a trend that

@@ -110,8 +110,8 @@ QuantityKind kind_of_rate(const Channel& channel, const Settings& settings) {
 }
 
 EvenSignal rate_signal(const ChannelRun& stretch, const Settings& settings) {
-  EvenSignal signal =
-      even_signal(stretch, settings.has("rate") ? settings.number("rate") : 0.0, settings.word("timing"));
+  EvenSignal signal = from_start(
+      even_signal(stretch, settings.has("rate") ? settings.number("rate") : 0.0, settings.word("timing")), settings);
   const std::string& data = settings.word("data");
   if (data == "rate" || data == "frequency" || !(signal.rate > 0.0) || signal.values.empty()) return signal;
   std::vector<double> values(signal.values.begin(), signal.values.end());
@@ -124,11 +124,26 @@ EvenSignal rate_signal(const ChannelRun& stretch, const Settings& settings) {
       const Quantity pulse = parse_quantity(settings.word("pulse"));
       factor = pulse.unit.to_si(pulse.value);
     }
-    for (double& value : values) value *= factor * signal.rate;
+    const auto missing = [&](std::size_t i) { return std::isnan(signal.values[i]); };
+    for (std::size_t i = 0; i < values.size(); ++i)
+      values[i] = i > 0 && missing(i - 1) ? std::nan("") : values[i] * factor * signal.rate;
   }
   signal.made = std::move(values);
   signal.values = signal.made;
   signal.extremes = extremes_of(signal.made);
+  return signal;
+}
+
+EvenSignal from_start(EvenSignal signal, const Settings& settings) {
+  if (!settings.has("from") || !(signal.rate > 0.0)) return signal;
+  const double from = settings.number("from");
+  const auto out = static_cast<std::size_t>(std::min(std::ceil(from * signal.rate), 1e15));
+  if (out >= signal.values.size())
+    throw Error(Error::Kind::bad_data, say("from = {} leaves nothing of a record of {}", Name{say_seconds(from)},
+                                           Name{say_seconds(static_cast<double>(signal.values.size()) / signal.rate)}));
+  signal.values = signal.values.subspan(out);
+  signal.begin += static_cast<double>(out) / signal.rate;
+  signal.extremes = extremes_of(signal.values);
   return signal;
 }
 

@@ -71,6 +71,7 @@ void refuse_unstreamable(const Settings& settings) {
   refuse(settings.word("timing") == "stamps", say("{}", Name{"timing = stamps"}));
   refuse(settings.word("taus") != "log", say("{}", Name{"taus"}));
   refuse(settings.word("data") != "rate" && settings.word("data") != "frequency", "data other than rate and frequency");
+  refuse(settings.has("from"), say("{}", Name{"from"}));
   refuse(settings.has("deviations"), say("{}", Name{"deviations"}));
   refuse(settings.word("spectrum") != "none", say("{}", Name{"spectrum"}));
   refuse(settings.integer("windows") != 0, say("{}", Name{"windows"}));

@@ -3,155 +3,168 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 
 #include "tumble/core/columns.hpp"
-#include "tumble/language/say.hpp"
-#include "tumble/math/noise/whitening.hpp"
-#include "tumble/methods/allan_noise/disturbed.hpp"
-#include "tumble/methods/allan_noise/input.hpp"
+#include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/stability/allan_fit.hpp"
+#include "tumble/methods/allan_noise/slow_courses.hpp"
 #include "tumble/methods/allan_noise/words.hpp"
-#include "tumble/units/error.hpp"
 
 namespace tumble::allan_noise {
 namespace {
 
-/// Mean square of the temperature over that of its steps. Below it the temperature scatters from average to average,
-/// and an effect of it would be found in noise.
-constexpr double least_smoothness = 30.0;
+/// Variance of the temperature, and of its rate of change, over that of the noise in its averages: noise makes the size
+/// of a column 3 % too small at 30, and 10 % at 10, where the effect of the rate is small beside the other.
+constexpr double least_over_noise = 30.0, least_rate_over_noise = 10.0;
 
-constexpr std::size_t most_averages = 64, fewest_averages = 16;
+constexpr std::size_t most_temperature_averages = 2048, fewest_temperature_averages = 32;
 
-struct Averages {
-  std::vector<double> mean, share;
+/// Noise of averages by their second differences, which are six times its variance where it is white, and hardly hold
+/// what moves slowly; variance of the averages; mean square of their first differences [K^2].
+struct Movement {
+  double noise = 0.0, level = 0.0, steps = 0.0, count = 0.0;
 };
 
-Averages averages_of(std::span<const double> values, std::size_t stride) {
-  const std::size_t count = values.size() / stride;
-  Averages result{std::vector<double>(count, 0.0), std::vector<double>(count, 0.0)};
-  for (std::size_t k = 0; k < count; ++k) {
-    double sum = 0.0, there = 0.0;
-    for (const double value : values.subspan(k * stride, stride)) {
-      if (std::isnan(value)) continue;
-      sum += value;
-      ++there;
-    }
-    result.mean[k] = there > 0.0 ? sum / there : std::nan("");
-    result.share[k] = there / static_cast<double>(stride);
+Movement movement_of(const std::vector<double>& means) {
+  Movement of;
+  double sum = 0.0, squares = 0.0, measured = 0.0, second = 0.0;
+  const double origin = *std::ranges::find_if(means, [](double v) { return !std::isnan(v); });
+  for (std::size_t k = 0; k < means.size(); ++k) {
+    if (std::isnan(means[k])) continue;
+    sum += means[k] - origin;
+    squares += std::pow(means[k] - origin, 2);
+    ++measured;
+    if (k + 2 >= means.size() || std::isnan(means[k + 1] + means[k + 2])) continue;
+    second += std::pow(means[k + 2] - 2.0 * means[k + 1] + means[k], 2);
+    of.steps += std::pow(means[k + 1] - means[k], 2);
+    ++of.count;
   }
-  return result;
+  if (!(of.count > 0.0)) return of;
+  of.noise = second / of.count / 6.0;
+  of.steps /= of.count;
+  of.level = std::max(0.0, squares / measured - std::pow(sum / measured, 2));
+  return of;
 }
 
-/// The noise of averages, and the degrees of freedom with which its slow part is known.
-struct Noise {
-  NoiseModel model;
-  double freedom = 1e6;
+/// Averages of a thermometer that are as short as its noise allows, and whether they show its rate of change.
+struct Warmth {
+  SlowAverages averages;
+  std::size_t stride = 1;  ///< [samples]
+  bool rate = false;
 };
 
-Noise noise_of(const ChannelNoise& channel, double interval) {
-  Noise noise;
-  for (const FittedTerm& term : channel.fit.terms) {
-    const NoiseTerm kind = term.unit.term;
-    const bool limit = !term.kept && kind == NoiseTerm::random_walk;
-    if (!term.kept && !limit) continue;
-    const double value = coefficient(kind, limit ? term.upper_limit : term.squared, channel.rate);
-    if (kind == NoiseTerm::white) noise.model.angle_random_walk = value;
-    if (kind == NoiseTerm::flicker) noise.model.bias_instability = value;
-    if (kind == NoiseTerm::random_walk) noise.model.rate_random_walk = value;
-    if (kind == NoiseTerm::markov && value > noise.model.markov_sd) {
-      noise.model.markov_sd = value;
-      noise.model.markov_time = term.unit.markov_time / channel.rate;
+std::optional<Warmth> warmth_of(std::span<const double> temperature, double rate) {
+  std::optional<Warmth> of;
+  for (std::size_t most = most_temperature_averages; most >= fewest_temperature_averages; most /= 2) {
+    const std::size_t stride = slow_stride(temperature.size(), most);
+    SlowAverages averages = slow_averages(temperature, rate, stride);
+    if (std::ranges::all_of(averages.mean, [](double v) { return std::isnan(v); })) return {};
+    const Movement moves = movement_of(averages.mean);
+    if (moves.count < fewest_temperature_averages / 2) return of;
+    if (!(moves.level > least_over_noise * moves.noise)) continue;
+    const bool shows_rate = moves.steps > 2.0 * least_rate_over_noise * moves.noise;
+    if (!of || shows_rate) of = Warmth{std::move(averages), stride, shows_rate};
+    if (shows_rate) return of;
+  }
+  return of;
+}
+
+/// [K] and [K/s] for each average; share becomes 0 where one of them is not known.
+Matrix temperature_columns(const Warmth& warmth, std::vector<double>& share) {
+  const std::vector<double>& mean = warmth.averages.mean;
+  const std::size_t n = mean.size();
+  Matrix columns(n, warmth.rate ? 2 : 1);
+  double sum = 0.0, count = 0.0;
+  for (const double value : mean)
+    if (!std::isnan(value)) sum += value, ++count;
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t before = k > 0 ? k - 1 : k, after = k + 1 < n ? k + 1 : k;
+    const double rate = (mean[after] - mean[before]) / (static_cast<double>(after - before) * warmth.averages.interval);
+    if (std::isnan(mean[k]) || (warmth.rate && std::isnan(rate))) {
+      share[k] = 0.0;
+      continue;
     }
-    if (kind != NoiseTerm::white && kind != NoiseTerm::quantization && term.kept)
-      noise.freedom = std::min(noise.freedom, term.degrees_of_freedom);
-    // Quantization in an average, as if independent from one to the next.
-    if (kind == NoiseTerm::quantization)
-      noise.model.angle_random_walk = std::max(noise.model.angle_random_walk, value * std::sqrt(2.0 / interval));
+    columns(k, 0) = mean[k] - sum / count;
+    if (warmth.rate) columns(k, 1) = rate;
   }
-  return noise;
+  return columns;
 }
 
-/// Constant, temperature, rate of change, signal: a row for each average that has all.
-Matrix design_of(const Averages& signal, const Averages& temperature, double interval, std::vector<double>& share) {
-  const std::size_t count = signal.mean.size();
-  Matrix design(count, 4);
-  share.assign(count, 0.0);
-  double origin = 0.0, warm = 0.0, rows = 0.0;
-  for (std::size_t k = 1; k + 1 < count; ++k) {
-    const double rate = (temperature.mean[k + 1] - temperature.mean[k - 1]) / (2.0 * interval);
-    if (std::isnan(rate) || std::isnan(temperature.mean[k]) || std::isnan(signal.mean[k])) continue;
-    share[k] = signal.share[k];
-    design(k, 2) = rate;
-    origin += signal.mean[k];
-    warm += temperature.mean[k];
-    ++rows;
+/// Values of averages over `stride` samples at each of n samples, straight between the middles of neighbours.
+std::vector<double> at_samples(const std::vector<double>& of_averages, std::size_t stride, std::size_t n) {
+  std::vector<double> values(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double at = std::clamp((static_cast<double>(i) + 0.5) / static_cast<double>(stride) - 0.5, 0.0,
+                                 static_cast<double>(of_averages.size() - 1));
+    const auto left = static_cast<std::size_t>(at);
+    const std::size_t right = std::min(left + 1, of_averages.size() - 1);
+    const double part = at - static_cast<double>(left);
+    values[i] = (1.0 - part) * of_averages[left] + part * of_averages[right];
   }
-  for (std::size_t k = 0; k < count; ++k) {
-    if (share[k] == 0.0) continue;
-    design(k, 0) = 1.0;
-    design(k, 1) = temperature.mean[k] - warm / rows;
-    design(k, 3) = signal.mean[k] - origin / rows;
+  return values;
+}
+
+double explained_by(const SlowAverages& averages, const std::vector<double>& course) {
+  double n = 0.0, x = 0.0, xx = 0.0, y = 0.0, yy = 0.0;
+  for (std::size_t k = 0; k < course.size(); ++k) {
+    if (!(averages.share[k] > 0.0)) continue;
+    const double value = averages.mean[k] - averages.mean[0], rest = value - course[k];
+    ++n;
+    x += value;
+    xx += value * value;
+    y += rest;
+    yy += rest * rest;
   }
-  return design;
+  const double total = xx - x * x / n;
+  return total > 0.0 ? std::max(0.0, 1.0 - (yy - y * y / n) / total) : 0.0;
 }
 
-/// Whether the temperature moves by more than its averages scatter from one to the next.
-bool moves(const Matrix& design, const std::vector<double>& share) {
-  double level = 0.0, steps = 0.0, rows = 0.0;
-  for (std::size_t k = 1; k < design.rows; ++k) {
-    if (share[k] == 0.0 || share[k - 1] == 0.0) continue;
-    level += design(k, 1) * design(k, 1);
-    steps += 0.5 * std::pow(design(k, 1) - design(k - 1, 1), 2);
-    ++rows;
+}  // namespace
+
+std::optional<TemperatureCourse> temperature_course(std::span<const double> values, std::span<const double> temperature,
+                                                    const ChannelNoise& channel) {
+  if (values.size() != temperature.size() || values.size() < fewest_temperature_averages) return {};
+  const auto warmth = warmth_of(temperature, channel.rate);
+  if (!warmth) return {};
+  SlowAverages averages = slow_averages(values, channel.rate, warmth->stride);
+  TemperatureCourse found;
+  found.columns = temperature_columns(*warmth, averages.share);
+  const auto fits = fit_courses(averages, {found.columns}, channel.fit, channel.rate);
+  if (fits.empty() || fits[0].size.empty()) return {};
+  const auto count = static_cast<double>(found.columns.columns);
+  TemperatureEffect& effect = found.effect;
+  effect.average = averages.interval;
+  effect.slope = fits[0].size[0];
+  effect.slope_sd = std::sqrt(fits[0].covariance(0, 0));
+  if (warmth->rate) {
+    effect.of_rate = fits[0].size[1];
+    effect.of_rate_sd = std::sqrt(fits[0].covariance(1, 1));
   }
-  return rows >= fewest_averages && level > least_smoothness * steps;
+  effect.chance = chi_square_tail(fits[0].fall / count, count);
+  const auto of_temperature = column(found.columns, 0);
+  const auto [low, high] = std::ranges::minmax(of_temperature);
+  effect.range = high - low;
+  const auto course = found.columns * fits[0].size;
+  effect.explained = explained_by(averages, course);
+  found.of_bias = at_samples(course, warmth->stride, values.size());
+  return found;
 }
 
-/// Slopes and their covariance from whitened columns, without the constant.
-void regress(const Matrix& design, const std::vector<double>& share, const Noise& noise, TemperatureEffect& effect) {
-  Matrix block = design;
-  Whitening(noise.model, effect.average, effect.average * static_cast<double>(block.rows))(block, share);
-  double s[4][4] = {};
-  for (std::size_t i = 0; i < 4; ++i)
-    for (std::size_t j = 0; j < 4; ++j)
-      for (std::size_t k = 0; k < block.rows; ++k) s[i][j] += block(k, i) * block(k, j);
-  const auto centred = [&](std::size_t i, std::size_t j) { return s[i][j] - s[0][i] * s[0][j] / s[0][0]; };
-  const double determinant = centred(1, 1) * centred(2, 2) - centred(1, 2) * centred(1, 2);
-  effect.slope = (centred(2, 2) * centred(1, 3) - centred(1, 2) * centred(2, 3)) / determinant;
-  effect.of_rate = (centred(1, 1) * centred(2, 3) - centred(1, 2) * centred(1, 3)) / determinant;
-  effect.slope_sd = std::sqrt(centred(2, 2) / determinant);
-  effect.of_rate_sd = std::sqrt(centred(1, 1) / determinant);
-  const double statistic = 0.5 * (effect.slope * centred(1, 3) + effect.of_rate * centred(2, 3));
-  const boost::math::fisher_f_distribution<double> f(2.0, noise.freedom);
-  effect.chance = boost::math::cdf(boost::math::complement(f, std::max(0.0, statistic)));
+const Channel* temperature_of(const Recording& recording, const Channel& beside) {
+  for (const auto& channel : recording.channels)
+    if (channel.kind == QuantityKind::temperature && channel.values.size() == beside.values.size()) return &channel;
+  return nullptr;
 }
 
-double share_explained(const Matrix& design, const std::vector<double>& share, const TemperatureEffect& effect) {
-  double total = 0.0, squares = 0.0, sum = 0.0, rows = 0.0;
-  for (std::size_t k = 0; k < design.rows; ++k) {
-    if (share[k] == 0.0) continue;
-    const double residual = design(k, 3) - effect.slope * design(k, 1) - effect.of_rate * design(k, 2);
-    total += design(k, 3) * design(k, 3);
-    squares += residual * residual;
-    sum += residual;
-    ++rows;
-  }
-  return total > 0.0 ? std::max(0.0, 1.0 - (squares - sum * sum / rows) / total) : 0.0;
-}
-
-std::string shown(double value, double sd, const std::string& unit) {
-  const Unit in = Unit::parse(unit);
-  return fmt::format("{:.3g} +- {:.2g} {}", in.difference_from_si(value), in.difference_from_si(sd), unit);
-}
-
-Finding follows(const TemperatureEffect& effect, const ChannelNoise& channel, const Channel& temperature) {
+Finding follows_temperature(const ChannelNoise& channel) {
+  const TemperatureEffect& effect = *channel.temperature;
   const bool gyro = channel.kind == QuantityKind::angular_rate;
   const Unit slope = Unit::parse(gyro ? "deg/h/K" : "ug/K");
   const Unit of_rate = Unit::parse(gyro ? "deg/h/(K/min)" : "ug/(K/min)");
   return {Finding::Severity::warning,
           "output_follows_temperature",
-          {{"temperature", temperature.name},
+          {{"temperature", channel.thermometer},
            {"slope", effect.slope, slope},
            {"slope_sd", effect.slope_sd, slope},
            {"of_rate", effect.of_rate, of_rate},
@@ -163,91 +176,38 @@ Finding follows(const TemperatureEffect& effect, const ChannelNoise& channel, co
           channel.label};
 }
 
-const Channel* temperature_of(const Recording& recording, const Channel& beside) {
-  for (const auto& channel : recording.channels)
-    if (channel.kind == QuantityKind::temperature && channel.values.size() == beside.values.size()) return &channel;
-  return nullptr;
-}
+void describe_temperature(const std::vector<ChannelNoise>& channels, Estimate& estimate) {
+  struct Row {
+    const ChannelNoise& channel;
+    const TemperatureEffect& effect;
 
-}  // namespace
-
-std::optional<TemperatureEffect> temperature_effect(std::span<const double> values, std::span<const double> temperature,
-                                                    const ChannelNoise& channel) {
-  if (values.size() != temperature.size() || values.size() < fewest_averages) return {};
-  const std::size_t stride = (values.size() + most_averages - 1) / most_averages;
-  TemperatureEffect effect;
-  effect.average = static_cast<double>(stride) / channel.rate;
-  std::vector<double> share;
-  const Matrix design = design_of(averages_of(values, stride), averages_of(temperature, stride), effect.average, share);
-  if (!moves(design, share)) return {};
-  double low = 0.0, high = 0.0;
-  for (std::size_t k = 0; k < design.rows; ++k) {
-    low = std::min(low, design(k, 1));
-    high = std::max(high, design(k, 1));
-  }
-  effect.range = high - low;
-  const Noise noise = noise_of(channel, effect.average);
-  if (!(noise.model.angle_random_walk > 0.0)) return {};
-  regress(design, share, noise, effect);
-  if (!std::isfinite(effect.slope_sd) || !std::isfinite(effect.of_rate_sd)) return {};
-  effect.explained = share_explained(design, share, effect);
-  return effect;
-}
-
-namespace {
-
-/// A channel and the temperature that it follows.
-struct FollowedTemperature {
-  const ChannelNoise& channel;
-  const Channel& temperature;
-  TemperatureEffect effect;
-
-  bool gyro() const { return channel.kind == QuantityKind::angular_rate; }
-};
-
-Table temperature_table(const std::vector<FollowedTemperature>& rows) {
-  using Row = FollowedTemperature;
+    bool gyro() const { return channel.kind == QuantityKind::angular_rate; }
+    std::string shown(double value, double sd, const std::string& unit) const {
+      const Unit in = Unit::parse(unit);
+      return fmt::format("{:.3g} +- {:.2g} {}", in.difference_from_si(value), in.difference_from_si(sd), unit);
+    }
+  };
+  std::vector<Row> rows;
+  for (const ChannelNoise& channel : channels)
+    if (channel.failure.empty() && channel.temperature) rows.push_back({channel, *channel.temperature});
   const auto slope = [](const Row& r) {
-    return shown(r.effect.slope, r.effect.slope_sd, r.gyro() ? "deg/h/K" : "ug/K");
+    return r.shown(r.effect.slope, r.effect.slope_sd, r.gyro() ? "deg/h/K" : "ug/K");
   };
   const auto of_rate = [](const Row& r) {
-    return shown(r.effect.of_rate, r.effect.of_rate_sd, r.gyro() ? "deg/h/(K/min)" : "ug/(K/min)");
+    return r.effect.of_rate_sd > 0.0
+               ? r.shown(r.effect.of_rate, r.effect.of_rate_sd, r.gyro() ? "deg/h/(K/min)" : "ug/(K/min)")
+               : std::string();
   };
-  return tabulate("temperature",
-                  "how the channels follow the temperature: generalised least squares under the identified noise", rows,
-                  {{"channel", [](const Row& r) { return r.channel.label; }},
-                   {"with", [](const Row& r) { return r.temperature.name; }},
-                   {"range", "K", [](const Row& r) { return r.effect.range; }},
-                   {"by temperature", slope},
-                   {"by its rate of change", of_rate},
-                   {"explains", [](const Row& r) { return fmt::format("{:.0f} %", 100.0 * r.effect.explained); }},
-                   {"chance", [](const Row& r) { return fmt::format("{:.2g} %", 100.0 * r.effect.chance); }}});
-}
-
-}  // namespace
-
-void describe_temperature(const Evidence& evidence, const std::vector<ChannelRun>& stretches,
-                          const std::vector<ChannelNoise>& channels, Estimate& estimate) {
-  const Settings& settings = evidence.plan.settings;
-  std::vector<FollowedTemperature> rows;
-  for (std::size_t i = 0; i < stretches.size(); ++i) {
-    const ChannelRun& stretch = stretches[i];
-    if (!channels[i].failure.empty()) continue;
-    const Channel* temperature = temperature_of(evidence.recordings[stretch.recording], *stretch.channel);
-    if (temperature == nullptr) continue;
-    ChannelRun beside = stretch;
-    beside.channel = temperature;
-    EvenSignal signal = rate_signal(stretch, settings);
-    const EvenSignal warmth =
-        even_signal(beside, settings.has("rate") ? settings.number("rate") : 0.0, settings.word("timing"));
-    set_missing(channels[i].set_aside, signal);
-    const auto effect = temperature_effect(signal.values, warmth.values, channels[i]);
-    if (!effect) continue;
-    rows.push_back({channels[i], *temperature, *effect});
-    if (effect->chance < settings.number("significance"))
-      estimate.findings.push_back(follows(*effect, channels[i], *temperature));
-  }
-  add_unless_empty(estimate.tables, temperature_table(rows));
+  add_unless_empty(
+      estimate.tables,
+      tabulate("temperature", "how the channels follow the temperature: maximum likelihood beside the noise", rows,
+               {{"channel", [](const Row& r) { return r.channel.label; }},
+                {"with", [](const Row& r) { return r.channel.thermometer; }},
+                {"range", "K", [](const Row& r) { return r.effect.range; }},
+                {"by temperature", slope},
+                {"by its rate of change", of_rate},
+                {"explains", [](const Row& r) { return fmt::format("{:.0f} %", 100.0 * r.effect.explained); }},
+                {"chance", [](const Row& r) { return fmt::format("{:.2g} %", 100.0 * r.effect.chance); }}}));
 }
 
 }  // namespace tumble::allan_noise

@@ -1,6 +1,7 @@
 #include "tumble/methods/dtg_centrifuge/data.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +13,7 @@
 
 #include "tumble/clocks/clock.hpp"
 #include "tumble/math/parallel.hpp"
+#include "tumble/methods/dtg_centrifuge/turning.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::dtg_centrifuge {
@@ -31,6 +33,7 @@ bool usable(const Channel& channel) {
 
 /// Sampling interval of a channel [s]: that of its clock, so that lost samples do not change it; and what is wrong with
 /// the channel as a whole.
+/// An angle may be at rest throughout, in the file of a segment at rest.
 double examined(const Channel& channel, const std::string& file, Problems& problems) {
   const std::string name = fmt::format("{}channel '{}'", file.empty() ? "" : file + ": ", channel.name);
   if (!usable(channel) || !(mean_rate(channel) > 0.0) || !std::isfinite(mean_rate(channel))) {
@@ -45,7 +48,8 @@ double examined(const Channel& channel, const std::string& file, Problems& probl
     most = v > most ? v : most;
   }
   if (infinite) problems.push_back(say("{} holds an infinite value", Name{name}));
-  if (least == most) problems.push_back(say("{} holds the same value throughout", Name{name}));
+  if (least == most && channel.kind != QuantityKind::angle)
+    problems.push_back(say("{} holds the same value throughout", Name{name}));
   if (channel.timeline.uniform()) return 1.0 / channel.timeline.rate;
   const Clock clock = clock_of(channel);
   if (clock.backward > 0) problems.push_back(say("{} has time stamps that run backwards", Name{name}));
@@ -91,6 +95,8 @@ Felt felt_at(const Reference& reference, double time) {
   return felt;
 }
 
+double spin_up_in(const Felt& felt) { return felt.specific_force.z < 0.0 ? -1.0 : 1.0; }
+
 /// The net rate is along the vertical: the spin axis has to be so as well.
 void require_upright(const Spin& spin, const Felt& felt) {
   const double along = std::abs(felt.rate.z) / std::max(norm(felt.rate), si(least_net_rate, "deg/s"));
@@ -134,7 +140,7 @@ void add_level(Spin spin, Test& test) {
   }
   const double middle = 0.5 * (spin.begin + spin.end) - spin.power_on;
   const Felt felt = felt_at(test.power_ups[spin.power_up].reference, middle);
-  spin.spin_up = felt.specific_force.z < 0.0 ? -1.0 : 1.0;
+  spin.spin_up = spin_up_in(felt);
   require_upright(spin, felt);
   test.levels.push_back(std::move(spin));
 }
@@ -161,6 +167,53 @@ void add_marks(const std::vector<MarkedSegment>& marks, const PlanPowerUps& plan
     add_level(std::move(spin), test);
   }
   for (const auto& [start, one] : rest) test.rests.push_back(one);
+}
+
+/// Runs of which something was recorded, by plan, and the segments that were.
+struct Recorded {
+  std::set<std::pair<const Plan*, int>> runs;
+  std::set<const Segment*> segments;
+
+  Recorded(const Evidence& evidence, const std::vector<std::vector<MarkedSegment>>& marks) {
+    for (std::size_t r = 0; r < marks.size(); ++r)
+      for (const auto& marked : marks[r]) {
+        if (marked.planned == nullptr) continue;
+        runs.emplace(&plan_of(evidence, r), marked.planned->run);
+        segments.insert(marked.planned);
+      }
+  }
+};
+
+/// A warning for each run of which levels are missing.
+void warn_of_missing(const Recorded& recorded, Findings& findings) {
+  for (const auto& [plan, run] : recorded.runs) {
+    std::vector<std::string> labels;
+    for (const Segment& segment : plan->schedule)
+      if (segment.run == run && rate_of(segment, "arm") != 0.0 && !recorded.segments.contains(&segment))
+        labels.push_back(segment.label);
+    if (labels.empty()) continue;
+    findings.push_back({Finding::Severity::warning,
+                        "not_recorded",
+                        {{"segments", fmt::format("'{}'", fmt::join(labels, "', '"))}},
+                        fmt::format("run {}", run),
+                        {labels.size(), labels.front(), {}}});
+  }
+}
+
+/// The levels that the plans have in the runs of which something was recorded: they count the levels.
+void add_planned(const Recorded& recorded, Test& test) {
+  for (std::size_t p = 0; p < test.power_ups.size(); ++p) {
+    const PowerUp& power_up = test.power_ups[p];
+    for (std::size_t s = 0; s < power_up.rig.segments.size(); ++s) {
+      const Segment& segment = power_up.rig.segments[s];
+      Spin spin{.run = segment.run, .label = segment.label, .power_up = p, .segment = s};
+      spin.arm_rate = rate_of(segment, "arm");
+      spin.table_rate = rate_of(segment, "table");
+      if (spin.arm_rate == 0.0 || !recorded.runs.contains({power_up.plan, segment.run})) continue;
+      spin.spin_up = spin_up_in(felt_at(power_up.reference, power_up.begins[s] + 0.5 * segment.duration));
+      test.planned.push_back(std::move(spin));
+    }
+  }
 }
 
 void check_encoders(Test& test) {
@@ -212,6 +265,10 @@ Test test_of(const Evidence& evidence) {
     }
     add_marks(marks[r], power_ups[&plan], evidence.plan.settings.number("settling"), test);
   }
+  const Recorded recorded(evidence, marks);
+  add_planned(recorded, test);
+  warn_of_missing(recorded, test.findings);
+  if (test.encoders) cut_to_even_turning(test);
   if (!test.levels.empty()) return test;
   for (const auto& finding : test.findings) problems.push_back(said_of(finding));
   problems.push_back(

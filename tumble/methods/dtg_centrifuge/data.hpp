@@ -44,7 +44,8 @@ struct Test {
   std::vector<Channels> channels;  ///< one a recording
   std::vector<PowerUp> power_ups;
   std::vector<Spin> levels;
-  std::vector<Spin> rests;  ///< the last at rest before the first level of each start that has one
+  std::vector<Spin> planned;  ///< levels of the plans' schedules in the runs that were recorded, recorded or not
+  std::vector<Spin> rests;    ///< the last at rest before the first level of each start that has one
   std::size_t starts = 0;
   bool encoders = false;  ///< in all recordings
   Findings findings;

@@ -44,12 +44,13 @@ void add_levels(const Outcome& outcome, const std::vector<Level>& levels, std::s
     const std::string where = fmt::format(
         "{:.4g} g{}", levels[l].force / si(1.0, "g"),
         outcome.polynomial.both_orientations ? (levels[l].spin_up > 0.0 ? ", spin axis up" : ", spin axis down") : "");
-    ledger.add({fmt::format("sensitive_term_{}", l + 1), fmt::format("K_{}", l + 1), sensitivity(), K.value,
+    const std::size_t number = levels[l].number;
+    ledger.add({fmt::format("sensitive_term_{}", number), fmt::format("K_{}", number), sensitivity(), K.value,
                 "vector sum of the first-order specific-force-sensitive drift at " + where},
                {{group, K.gradient}});
     const double sd = std::sqrt(ledger.variance({{group, K.gradient}}));
     if (!(K.value < significant_size * sd)) continue;
-    const Place level(fmt::format("sensitive_term_{}", l + 1));
+    const Place level(fmt::format("sensitive_term_{}", number));
     if (insignificant.count++ == 0) insignificant.first = level;
     if (K.value / sd < least) least = K.value / sd, insignificant.worst = level;
   }
@@ -60,8 +61,9 @@ void add_levels(const Outcome& outcome, const std::vector<Level>& levels, std::s
     const bool by_polynomial = outcome.corrected && of.bends();
     const Function zeta = by_polynomial ? of.zeta_fitted(l) : of.zeta(l);
     if (!std::isfinite(zeta.value)) continue;
-    ledger.add({fmt::format("nonlinearity_{}", l + 1), fmt::format("zeta_{}", l + 1), Unit::parse("%"), zeta.value,
-                fmt::format("K_{0} over K_{1} less one{2}", l + 1, of.first(l) + 1,
+    const std::size_t number = levels[l].number;
+    ledger.add({fmt::format("nonlinearity_{}", number), fmt::format("zeta_{}", number), Unit::parse("%"), zeta.value,
+                fmt::format("K_{0} over K_{1} less one{2}", number, levels[of.first(l)].number,
                             by_polynomial ? ", by the polynomial through all levels" : "")},
                {{group, zeta.gradient}});
   }
@@ -113,18 +115,17 @@ void add_linear(const Coefficients& c, double force_along, Ledger& ledger, Findi
 void add_cubic(const Coefficients& c, std::size_t part, Ledger& ledger) {
   const Polynomial& p = c.outcome.polynomial;
   const std::size_t cubic = p.both_orientations ? 2 : 1;
-  const double sign = part == 0 ? -1.0 : 1.0, t = 4.0 * sign * c.outcome.third->value[part];
-  const auto third = [&](double factor) {
-    std::vector<double> row(2);
-    row[part] = 4.0 * sign * factor;
-    return row;
+  const HarmonicPart of_third = harmonic_part(*c.outcome.third, part, c.outcome.levels, p);
+  const double sign = part == 0 ? -1.0 : 1.0, t = 4.0 * sign * of_third.value;
+  const auto gradient = [&](double factor) {
+    const double times = 4.0 * sign * factor;
+    return Ledger::Gradient{{c.levels, scaled_sum(c.of(part, cubic), times, of_third.by_levels)},
+                            {c.third, scaled(times, of_third.by_harmonic)}};
   };
   const double p2 = c.value(part, cubic);
   const char* description = "from the first and third harmonic over specific force";
-  ledger.add(c.named(part == 0 ? "xxx" : "yyy", "deg/h/g^3", p2 + 0.25 * t, description),
-             {{c.levels, c.of(part, cubic)}, {c.third, third(0.25)}});
-  ledger.add(c.named(part == 0 ? "xyy" : "yxx", "deg/h/g^3", p2 - 0.75 * t, description),
-             {{c.levels, c.of(part, cubic)}, {c.third, third(-0.75)}});
+  ledger.add(c.named(part == 0 ? "xxx" : "yyy", "deg/h/g^3", p2 + 0.25 * t, description), gradient(0.25));
+  ledger.add(c.named(part == 0 ? "xyy" : "yxx", "deg/h/g^3", p2 - 0.75 * t, description), gradient(-0.75));
   if (p.powers > 1)
     ledger.add({c.prefix + (part == 0 ? "p_4" : "q_4"), part == 0 ? "p_4" : "q_4", Unit::parse("deg/h/g^5"),
                 c.value(part, cubic + 1),
@@ -154,14 +155,16 @@ void add_coefficients(const Coefficients& c, double force_along, Ledger& ledger,
   for (std::size_t part = 0; part < 2; ++part) add_cubic(c, part, ledger);
 }
 
-void add_second(const Outcome& outcome, const std::string& prefix, const std::string& symbol, std::size_t group,
-                Ledger& ledger) {
-  ledger.add({prefix + "D_xx_less_D_yy", symbol + "xx - " + symbol + "yy", Unit::parse("deg/h/g^2"),
-              2.0 * outcome.second->value[0], "from the second harmonic"},
-             {{group, {2.0, 0.0}}});
-  ledger.add({prefix + "D_xy", symbol + "xy", Unit::parse("deg/h/g^2"), 2.0 * outcome.second->value[1],
-              "drift per f_X f_Y, from the second harmonic"},
-             {{group, {0.0, 2.0}}});
+void add_second(const Outcome& outcome, const std::string& prefix, const std::string& symbol, std::size_t levels,
+                std::size_t group, Ledger& ledger) {
+  const auto add = [&](std::size_t part, Parameter parameter) {
+    const HarmonicPart half = harmonic_part(*outcome.second, part, outcome.levels, outcome.polynomial);
+    parameter.value = 2.0 * half.value;
+    ledger.add(std::move(parameter), {{levels, scaled(2.0, half.by_levels)}, {group, scaled(2.0, half.by_harmonic)}});
+  };
+  const Unit unit = Unit::parse("deg/h/g^2");
+  add(0, {prefix + "D_xx_less_D_yy", symbol + "xx - " + symbol + "yy", unit, 0.0, "from the second harmonic"});
+  add(1, {prefix + "D_xy", symbol + "xy", unit, 0.0, "drift per f_X f_Y, from the second harmonic"});
 }
 
 void add_relation(const Relation& relation, double by_lag, Ledger& ledger) {
@@ -259,7 +262,7 @@ Table nonlinearity(const Outcome& outcome, const std::vector<Level>& levels, std
   return tabulate("nonlinearity",
                   "sensitive term over specific force; A and B as with the table's angle counted from the arm",
                   levels.size(),
-                  {{"level", [](std::size_t l) { return l + 1; }},
+                  {{"level", [&](std::size_t l) { return levels[l].number; }},
                    {"arm_rate", "deg/s", [&](std::size_t l) { return levels[l].arm_rate; }},
                    {"acceleration", "g", [&](std::size_t l) { return levels[l].force; }},
                    {"spin_axis", [&](std::size_t l) { return levels[l].spin_up > 0.0 ? "up" : "down"; }},
@@ -273,14 +276,14 @@ Table nonlinearity(const Outcome& outcome, const std::vector<Level>& levels, std
                    {"zeta_fitted_sd", "%", [&](std::size_t l) { return sd(of.zeta_fitted(l)); }}});
 }
 
-Table segments(const Outcome& outcome, const std::vector<Measured>& measured) {
+Table segments(const Outcome& outcome, const std::vector<Measured>& measured, const std::vector<Level>& levels) {
   const auto of = [&](const Observation& o) -> const Measured& { return measured[o.measured]; };
   const auto tilt = [&](const Observation& o) { return std::abs(o.true_rate / of(o).arm_rate); };
   return for_programs(
       tabulate("segments", "what each level showed in each power-up", outcome.observations,
                {{"run", [&](const Observation& o) { return of(o).stretch->run; }},
                 {"segment", [&](const Observation& o) { return of(o).stretch->label; }},
-                {"level", [](const Observation& o) { return o.level + 1; }},
+                {"level", [&](const Observation& o) { return levels[o.level].number; }},
                 {"arm_rate", "deg/s", [&](const Observation& o) { return of(o).arm_rate; }},
                 {"table_rate", "deg/s", [&](const Observation& o) { return of(o).table_rate; }},
                 {"net_rate", "deg/s", [&](const Observation& o) { return of(o).beta_rate(); }},
@@ -312,7 +315,7 @@ void describe(const Outcome& outcome, const std::vector<Measured>& measured, con
     const std::size_t second = ledger.add(group_of(*outcome.second)), third = ledger.add(group_of(*outcome.third));
     add_coefficients({outcome, group, third, prefix, symbol}, reduction.levels.front().spin_up, ledger,
                      estimate.findings);
-    add_second(outcome, prefix, symbol, second, ledger);
+    add_second(outcome, prefix, symbol, group, second, ledger);
   }
   if (first && outcome.corrected) add_relation(outcome.relation, outcome.feigned_azimuth, ledger);
   add_lag(outcome, prefix, group, ledger, estimate.findings);
@@ -326,7 +329,7 @@ void describe(const Outcome& outcome, const std::vector<Measured>& measured, con
   estimate.fit.condition = fit.condition;
   estimate.tables.push_back(nonlinearity(outcome, reduction.levels, group, ledger));
   if (outcome.corrected) estimate.tables.push_back(orders(outcome.polynomial));
-  estimate.tables.push_back(segments(outcome, measured));
+  estimate.tables.push_back(segments(outcome, measured, reduction.levels));
   add_curves(outcome, reduction.levels, group, ledger, estimate);
   add_residuals(outcome, reduction.levels, estimate);
 }

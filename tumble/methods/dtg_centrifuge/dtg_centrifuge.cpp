@@ -1,13 +1,13 @@
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <tuple>
 
 #include "tumble/math/parallel.hpp"
 #include "tumble/methods/dtg_centrifuge/describe.hpp"
-#include "tumble/methods/dtg_centrifuge/fourier.hpp"
 #include "tumble/methods/dtg_centrifuge/lag.hpp"
 #include "tumble/methods/dtg_centrifuge/misfit.hpp"
+#include "tumble/methods/dtg_centrifuge/outcome.hpp"
+#include "tumble/methods/dtg_centrifuge/phases.hpp"
+#include "tumble/methods/dtg_centrifuge/reference_line.hpp"
 #include "tumble/methods/dtg_centrifuge/screen.hpp"
 #include "tumble/methods/method.hpp"
 
@@ -20,11 +20,6 @@
 namespace tumble::dtg_centrifuge {
 namespace {
 
-constexpr int most_rounds_of_lag = 6;
-constexpr double lag_settled = 1e-3;  ///< [sd] of a change of the lag, after which no further round follows
-/// [sd] from which on a lag or a sensitivity that the levels show contradicts what is stated: p = 6e-7.
-constexpr double contradicts = 5.0;
-constexpr double least_lag = 1e-5;  ///< [s] chosen: far less than the lag of any loop
 /// [1] of a line, that the rate which remains in it must reach to be a finding.
 constexpr double least_true_rate = 1e-3;
 
@@ -118,133 +113,36 @@ std::vector<Option> options() {
   return options;
 }
 
-/// A cell: one level in one sense in one plan, alike in every power-up.
-struct Cells {
-  std::vector<const Spin*> stretch;
-  std::vector<RigLines> nominal;
-  std::vector<std::size_t> of;  ///< of each measured
-};
-
-Cells cells_of(const Test& test, const std::vector<Measured>& measured, const Reduction& reduction) {
-  Cells out;
-  std::map<std::tuple<const Plan*, std::size_t, double>, std::size_t> known;
-  for (std::size_t i = 0; i < measured.size(); ++i) {
-    const Spin& s = *measured[i].stretch;
-    const auto [cell, fresh] =
-        known.try_emplace({test.power_ups[s.power_up].plan, reduction.level_of[i], s.arm_rate}, out.stretch.size());
-    out.of.push_back(cell->second);
-    if (!fresh) continue;
-    out.stretch.push_back(&s);
-    out.nominal.push_back(reduction.nominal[i]);
-  }
-  return out;
+/// What the line of the reference shows beside the true rate, where its sensitivity is not fitted.
+void report_line(const ReferenceLine& line, bool both_late, Findings& findings) {
+  using Cause = ReferenceLine::Cause;
+  using Severity = Finding::Severity;
+  const Unit unit = Unit::parse("deg/h/g");
+  const Sensitivity& s = line.sensitivity;
+  const std::vector<FindingValue> late{{"late", line.late, "ms"}, {"sd", line.late_sd, "ms"}};
+  const std::vector<FindingValue> feels{
+      {"x", -s.v.real(), unit}, {"y", s.v.imag(), unit}, {"sd", s.sd, unit}, {"late", line.late, "ms"}};
+  if (line.cause == Cause::late)
+    findings.push_back({Severity::warning, both_late ? "gyros_late_on_angles" : "reference_late_on_angles", late,
+                        both_late ? "" : "reference_gyro"});
+  if (line.cause == Cause::sensitive)
+    findings.push_back({Severity::warning, "reference_sensitive_to_force", feels, "reference_gyro"});
+  if (line.cause == Cause::either)
+    findings.push_back({Severity::warning, "reference_late_or_sensitive", feels, "reference_gyro"});
+  if (line.cause == Cause::beside)
+    findings.push_back(
+        {Severity::error, "line_beside_force", {{"size", std::abs(line.beside), "deg/h"}}, "reference_gyro"});
 }
 
-int powers_of(const Settings& settings) {
-  const std::string& order = settings.word("order");
-  return order == "auto" ? -1 : order == "constant" ? 0 : order == "cubic" ? 1 : 2;
-}
-
-/// What the reduction of one output starts from.
-struct Task {
-  const Test& test;
-  const Reduction& reduction;
-  const Cells& cells;
-  const std::vector<RigLinesShift>& shifts;
-  const Settings& settings;
-  const Sensitivity& sensitivity;
-  Signal output;
-  bool fourier, phase_known;
-};
-
-/// One output with lines that are corrected for the lag given.
-Outcome with_lag(const Task& task, const std::vector<Measured>& measured, const Lag& lag, Findings& findings) {
-  const Settings& settings = task.settings;
-  Outcome out{.output = task.output,
-              .take = task.phase_known ? Take::both_parts : Take::size,
-              .corrected = !task.fourier,
-              .lag = lag};
-  out.power_ups = task.test.starts;
-  const auto given = [&](const char* name) { return settings.has(name) ? settings.number(name) : 0.0; };
-  out.relation = task.fourier
-                     ? Relation{0.0, 0.0, given("reference_gain_sd"), given("reference_azimuth_sd"), false, 0.0}
-                     : relation_of(measured, task.output, settings, task.test.encoders, findings);
-  const Complex own = task.sensitivity.known ? task.sensitivity.v : 0.0;
-  std::vector<std::size_t> cell_of;
-  for (std::size_t i = 0; i < measured.size(); ++i) {
-    if (!measured[i].of[task.output].present || !measured[i].of[reference].present) continue;
-    out.observations.push_back(
-        task.fourier ? fourier_observation(task.test, measured[i], task.reduction, i, out.relation)
-                     : observe(measured[i], task.reduction, i, task.output, out.relation, own, task.phase_known));
-    cell_of.push_back(task.cells.of[i]);
-  }
-  const Circumstances around{task.test,        measured,    task.reduction,   settings,     out.relation,
-                             task.sensitivity, task.output, task.phase_known, task.fourier, out.lag};
-  auto effects = rig_effects(around, out.observations, task.shifts, cell_of, task.cells.nominal, task.cells.stretch);
-  for (auto& effect : instrument_effects(around, out.observations)) effects.push_back(std::move(effect));
-  const std::size_t levels = task.reduction.levels.size();
-  out.levels = fit_levels(out.observations, effects, levels, out.take, !task.fourier,
-                          lag.quantity ? lag_column(around, out.observations, lag.value) : LagColumn{}, findings);
-  double values = 0.0;
-  for (const auto& o : out.observations) values += static_cast<double>(o.part.size()) * (task.phase_known ? 2.0 : 1.0);
-  out.polynomial = polynomial_of(out.levels, task.reduction.levels, out.take, powers_of(settings), values);
-  out.feigned_azimuth = task.fourier ? 0.0 : lag.sd * azimuth_of_lag(around, out.observations);
-  if (!task.phase_known) return out;
-  out.second = fit_harmonic(out.observations, effects, 2);
-  out.third = fit_harmonic(out.observations, effects, 3);
-  return out;
-}
-
-/// The lag by the levels, found in a few rounds because it turns the lines by a finite angle.
-Lag estimated_lag(const Task& task, const std::vector<Measured>& measured) {
-  Lag lag{.stated = false, .quantity = true, .value = 0.0, .sd = usual_lag};
-  for (int round = 0; round < most_rounds_of_lag; ++round) {
-    Findings unused;
-    const Outcome outcome = with_lag(task, without_lag(measured, task.output, lag.value), lag, unused);
-    const LagFit more = lag_of(outcome.levels, outcome.polynomial);
-    lag.value += more.value;
-    lag.sd = more.sd;
-    if (std::abs(more.value) < lag_settled * more.sd) break;
-  }
-  return lag;
-}
-
-/// A loop that is stated and that the levels contradict.
-void check_lag(const Task& task, const std::vector<Measured>& measured, Findings& findings) {
-  Findings unused;
-  const Outcome outcome = with_lag(task, measured, {.stated = true, .quantity = true}, unused);
-  const LagFit more = lag_of(outcome.levels, outcome.polynomial);
-  if (std::abs(more.value) < contradicts * more.sd || std::abs(more.value) < least_lag) return;
-  findings.push_back({Finding::Severity::warning,
-                      "loop_lag_differs",
-                      {{"difference", more.value, "ms"}, {"sd", more.sd, "ms"}},
-                      task.output == gyro ? "gyro" : "gyro_y"});
-}
-
-/// Everything of one output.
-Outcome outcome_of(const Task& task, const std::vector<Measured>& measured, Findings& findings) {
-  Findings unused;
-  check_relation(relation_of(measured, task.output, task.settings, task.test.encoders, unused), task.output,
-                 task.settings, findings);
-  const bool stated = task.settings.has("natural_frequency") || task.settings.has("time_constant");
-  if (stated || task.fourier) {
-    if (task.phase_known) check_lag(task, measured, findings);
-    return with_lag(task, measured, {}, findings);
-  }
-  const Lag lag = task.phase_known ? estimated_lag(task, measured) : Lag{.stated = false, .sd = usual_lag};
-  return with_lag(task, without_lag(measured, task.output, lag.value), lag, findings);
-}
-
-void add_sensitivity(const Sensitivity& s, bool fitted, Findings& findings) {
+/// The sensitivity of the reference where it is to be subtracted.
+void report_fitted(const Sensitivity& s, Findings& findings) {
   if (!s.known) {
-    if (fitted)
-      findings.push_back({Finding::Severity::warning, "too_few_levels_for_sensitivity", {}, "reference_gyro"});
+    findings.push_back({Finding::Severity::warning, "too_few_levels_for_sensitivity", {}, "reference_gyro"});
     return;
   }
-  if (!fitted && std::abs(s.v) < contradicts * s.sd) return;
   const Unit unit = Unit::parse("deg/h/g");
-  findings.push_back({fitted ? Finding::Severity::info : Finding::Severity::warning,
-                      fitted ? "reference_sensitivity_subtracted" : "reference_sensitive_to_force",
+  findings.push_back({Finding::Severity::info,
+                      "reference_sensitivity_subtracted",
                       {{"x", -s.v.real(), unit}, {"y", s.v.imag(), unit}, {"sd", s.sd, unit}},
                       "reference_gyro"});
 }
@@ -278,34 +176,67 @@ void add_remaining_rate(const std::vector<Measured>& measured, const Outcome& ou
                        {"share", worst, "%"}}});
 }
 
+/// The lines without the lag of the reference gyro, and a finding of what its line shows. What a lag and a sensitivity explain alike
+/// is a lag where the gyro under test has the same. Sets whether it has.
+std::vector<Measured> with_line(const Task& task, ReferenceLine& line, bool& late_alike, std::vector<Measured> measured,
+                                Findings& findings) {
+  using Cause = ReferenceLine::Cause;
+  const bool late = line.cause == Cause::late || line.cause == Cause::either;
+  late_alike =
+      late && line.droop == 0.0 && task.loop_stated() && has_lag_of_reference(task, without_lag(measured, line));
+  if (late_alike) line.cause = Cause::late;
+  report_line(line, late_alike, findings);
+  return line.cause == Cause::late ? without_lag(std::move(measured), line) : std::move(measured);
+}
+
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   const Settings& settings = evidence.plan.settings;
   const bool fourier = settings.word("estimator") == "fourier";
-  const Test test = test_of(evidence);
+  Test test = test_of(evidence);
   const Instruments instruments = instruments_of(settings);
   std::vector<Measured> measured(test.levels.size());
   parallel_for(measured.size(), [&](std::size_t i) { measured[i] = measure(test, test.levels[i], instruments); });
   report(progress, 0.7, "lines");
   Estimate estimate;
   estimate.findings = test.findings;
+  if (test.encoders) assign_levels(test, measured, estimate.findings);
   measured = screened(std::move(measured), test, fourier, estimate.findings);
   add_missing_rests(test, fourier, estimate.findings);
   if (!fourier) check_earth(measured, test, estimate.findings);
+  if (test.encoders && !fourier) check_turn(measured, estimate.findings);
   const Reduction reduction = reduction_of(test, measured);
   check_forces(test, measured, reduction, estimate.findings);
   const Cells cells = cells_of(test, measured, reduction);
   const auto shifts = shifts_of(test, cells.stretch, cells.nominal);
   report(progress, 0.9, "errors of the rig");
-  Sensitivity sensitivity = test.encoders && !fourier ? sensitivity_of(measured, reduction) : Sensitivity{};
   const bool fitted = settings.word("reference_sensitivity") == "fitted";
-  add_sensitivity(sensitivity, fitted, estimate.findings);
-  if (!fitted) sensitivity.known = false;
+  ReferenceLine line = test.encoders && !fourier ? reference_line_of(measured, reduction) : ReferenceLine{};
+  check_exchange(line, measured, reduction, estimate.findings);
+  const Sensitivity sensitivity = fitted ? line.sensitivity : Sensitivity{};
+  if (fitted) {
+    report_fitted(sensitivity, estimate.findings);
+    line.cause = ReferenceLine::Cause::none;
+  }
+  bool late_alike = false;
+  const auto task_of = [&](Signal output) {
+    return Task{test,
+                reduction,
+                cells,
+                shifts,
+                settings,
+                sensitivity,
+                line,
+                late_alike,
+                output,
+                fourier,
+                test.encoders && !fourier};
+  };
+  measured = with_line(task_of(gyro), line, late_alike, std::move(measured), estimate.findings);
   Ledger ledger;
   for (const Signal output : {gyro, gyro_y}) {
     const bool present = std::ranges::all_of(measured, [&](const Measured& m) { return m.of[output].present; });
     if (output == gyro_y && (!present || fourier || !test.encoders)) continue;
-    const Task task{test, reduction, cells, shifts, settings, sensitivity, output, fourier, test.encoders && !fourier};
-    const Outcome outcome = outcome_of(task, measured, estimate.findings);
+    const Outcome outcome = outcome_of(task_of(output), measured, estimate.findings);
     check_levels(outcome, reduction.levels, estimate.findings);
     if (fourier) add_remaining_rate(measured, outcome, settings, test.encoders, estimate.findings);
     describe(outcome, measured, reduction, ledger, estimate);

@@ -143,7 +143,7 @@ double number(const Circumstances& around, const char* name) {
 /// Clock of the reference gyro, and its own sensitivity.
 void add_reference(const Circumstances& around, const std::vector<Observation>& observations,
                    std::vector<Effect>& effects) {
-  const double sd = number(around, "reference_clock_offset_sd");
+  const double sd = std::hypot(number(around, "reference_clock_offset_sd"), around.reference_late_sd);
   const auto clock = [&](const Observation& o, double) {
     const Measured& m = around.measured[o.measured];
     return -Complex(0.0, sd * (m.theta_rate() + m.beta_rate())) * o.true_rate / o.force;
@@ -181,12 +181,18 @@ void add_unstated_loop(const Circumstances& around, const std::vector<Observatio
   constexpr double kappa_sd = 0.7;
   const Lag& lag = around.lag;
   if (!lag.quantity) effects.push_back(lag_effect(around, observations, lag.sd));
+  if (lag.of_stamps) return;
   const double square = lag.value * lag.value + lag.sd * lag.sd;
-  const auto droop = [&](const Observation& o, double) {
-    const double rate = around.measured[o.measured].theta_rate();
-    return -0.5 * kappa_sd * rate * rate * square * o.raw / o.force;
-  };
-  add("amplitude response of the loop", around, observations, droop, effects);
+  Effect droop{"amplitude response of the loop", {}, {}, {}};
+  for (const Observation& o : observations) {
+    const Measured& m = around.measured[o.measured];
+    const double loss = -0.5 * kappa_sd * m.theta_rate() * m.theta_rate() * square, sigma = m.stretch->spin_up;
+    const Complex shown = loss * o.raw / o.force;
+    droop.value.emplace_back(shown.real(), -sigma * shown.imag());
+    droop.second.push_back(4.0 * loss * o.second);
+    droop.third.push_back(9.0 * loss * o.third);
+  }
+  if (!negligible(droop.value, observations)) effects.push_back(std::move(droop));
 }
 
 }  // namespace
@@ -268,10 +274,8 @@ std::vector<Effect> instrument_effects(const Circumstances& around, const std::v
   add(relation_source, around, observations, azimuth, effects);
   if (around.plain_difference) return effects;
   add_reference(around, observations, effects);
-  if (around.lag.stated)
-    add_loop_lag(around, observations, effects);
-  else
-    add_unstated_loop(around, observations, effects);
+  if (around.lag.stated) add_loop_lag(around, observations, effects);
+  if (!around.lag.stated || around.lag.contradicted) add_unstated_loop(around, observations, effects);
   return effects;
 }
 

@@ -28,6 +28,7 @@ struct Circumstances {
   bool phase_known;
   bool plain_difference;  ///< the source's estimator: the reference as it is
   const Lag& lag;
+  double reference_late_sd = 0.0;  ///< [s] of what the lines of the reference are corrected for
 };
 
 /// Errors of the rig: the estimator on what the rig with the error would make an instrument of these terms show, less

@@ -16,7 +16,8 @@ constexpr double no_noise = 1e-20;  ///< [1] of the mean square of the parts, be
 constexpr double variance_added = 1e-9;  ///< [1] of each variance: levels without noise do not make the matrix singular
 /// [1] of the squares: below it a variance is the rounding of the levels.
 constexpr double variance_of_rounding = 1e-26;
-constexpr double other_force = 1.02;  ///< ratio of two specific forces, from which on they are two levels
+constexpr double free_of_noise = 1e6;  ///< [1] of the greatest weight: that of a row which is known and not measured
+constexpr double other_force = 1.02;   ///< ratio of two specific forces, from which on they are two levels
 
 Complex weighted_mean(const std::vector<Complex>& part, const std::vector<double>& weight) {
   Complex sum = 0.0;
@@ -140,10 +141,13 @@ struct Rows {
     if (any) data.effects.push_back(std::move(effect));
   }
 
-  /// A segment of its own: 0 = what the lines are corrected for and the lag beyond, by what is known beforehand.
+  /// A segment of its own: the lag by what else is known of it, in numbers as large as what a unit of it changes.
   void add_lag(const LagColumn& lag, std::size_t column) {
     if (lag.shift.empty()) return;
     const std::size_t rows = data.observations.size();
+    double size = 0.0;
+    for (const Complex one : lag.shift) size = std::max(size, std::abs(one));
+    if (size == 0.0) size = 1.0;
     for (std::size_t i = 0; i < rows; ++i) {
       const Complex one = lag.shift[data.segment[i] / components];
       data.design(i, column) = data.segment[i] % components == 0 ? one.real() : one.imag();
@@ -151,10 +155,10 @@ struct Rows {
     Matrix design(rows + 1, data.design.columns);
     for (std::size_t c = 0; c < design.columns; ++c)
       for (std::size_t i = 0; i < rows; ++i) design(i, c) = data.design(i, c);
-    design(rows, column) = 1.0;
+    design(rows, column) = size;
     data.design = std::move(design);
-    data.observations.push_back(-lag.known);
-    data.weights.push_back(*std::ranges::max_element(data.weights));
+    data.observations.push_back(size * lag.expected);
+    data.weights.push_back(free_of_noise * *std::ranges::max_element(data.weights));
     data.segment.push_back(data.segment.back() + 1);
     for (KnownEffect& effect : data.effects) effect.column.push_back(0.0);
     for (SlowNoise& slow : data.slow) {
@@ -164,7 +168,7 @@ struct Rows {
       slow.kernel = std::move(kernel);
     }
     KnownEffect beforehand{lag_source, std::vector<double>(rows + 1), false};
-    beforehand.column.back() = 1.0;
+    beforehand.column.back() = size * lag.sd;
     data.effects.push_back(std::move(beforehand));
   }
 
@@ -283,8 +287,8 @@ Quantities fit_levels(const std::vector<Observation>& observations, const std::v
   return quantities;
 }
 
-Quantities fit_harmonic(const std::vector<Observation>& observations, const std::vector<Effect>& effects,
-                        int harmonic) {
+Quantities fit_harmonic(const std::vector<Observation>& observations, const std::vector<Effect>& effects, int harmonic,
+                        const LagColumn& lag) {
   Rows rows;
   std::vector<std::pair<std::size_t, std::size_t>> design;
   for (const Observation& one : observations) {
@@ -292,9 +296,10 @@ Quantities fit_harmonic(const std::vector<Observation>& observations, const std:
     for (double& w : weight) w *= std::pow(std::abs(one.force), 2 * harmonic - 2);
     rows.add(harmonic == 2 ? one.second_part : one.third_part, weight, 1.0, 0, one.power_up, design);
   }
-  rows.close(design, 2);
+  rows.close(design, lag.shift.empty() ? 2 : 3);
   for (const Effect& effect : effects) rows.add_effect(effect, harmonic == 2 ? effect.second : effect.third);
   rows.add_power_ups();
+  rows.add_lag(lag, 2);
   Quantities quantities;
   quantities.fit = fit_mixed_model(rows.data);
   quantities.value = quantities.fit.parameters;

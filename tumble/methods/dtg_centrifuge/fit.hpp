@@ -20,10 +20,11 @@ struct Quantities {
 /// Part of the observations that is fitted: p + i q of the levels, or their size alone where the phase is not known.
 enum class Take { both_parts, size };
 
-/// The lag of a loop as a quantity of the fit.
+/// The lag of a loop as a quantity of the fit, beyond the one that the lines are corrected for, in units of the lag that
+/// `shift` is of.
 struct LagColumn {
-  std::vector<Complex> shift;  ///< of each observation by a lag of one standard deviation; empty: none
-  double known = 0.0;          ///< the lag that the lines are corrected for, in standard deviations: it is 0 +- 1
+  std::vector<Complex> shift = {};  ///< of each observation by a lag of one unit; empty: none
+  double expected = 0.0, sd = 1.0;  ///< what else is known of it
 };
 
 /// p_1, q_1, p_2, q_2 ... (or K_1, K_2 ...), with one shift of all levels for each power-up.
@@ -31,13 +32,13 @@ struct LagColumn {
 /// The white noise is that of the parts about their mean. Where its level differs between the rates significantly
 /// (0.1 % of a chi-square of Bartlett's), each level has its own.
 ///
-/// Given     lag  empty: the loop is known. Otherwise its lag is a quantity too, the last: how much more it is than the
-///                lines are corrected for, in units of the standard deviation known beforehand
+/// Given     lag  empty: the loop is known. Otherwise its lag is a quantity too, the last
 Quantities fit_levels(const std::vector<Observation>& observations, const std::vector<Effect>& effects,
                       std::size_t levels, Take take, bool unbiased, const LagColumn& lag, Findings& findings);
 
-/// Mean over all observations of Z_h/a^h, real and imaginary part.
-Quantities fit_harmonic(const std::vector<Observation>& observations, const std::vector<Effect>& effects, int harmonic);
+/// Mean over all observations of Z_h/a^h, real and imaginary part, and the lag where there is a column of it.
+Quantities fit_harmonic(const std::vector<Observation>& observations, const std::vector<Effect>& effects, int harmonic,
+                        const LagColumn& lag);
 
 /// Order of p and q in a: p(a) = p_0 + p_2 a^2 + ..., docs/equations (1.13), and with both orientations of the spin
 /// axis p_0 = D_x + D_xz f_Z.

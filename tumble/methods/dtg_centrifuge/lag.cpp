@@ -1,10 +1,17 @@
 #include "tumble/methods/dtg_centrifuge/lag.hpp"
 
 #include <cmath>
+#include <utility>
 
 #include "tumble/math/linear_algebra.hpp"
 
 namespace tumble::dtg_centrifuge {
+namespace {
+
+constexpr std::size_t lag_of_harmonic = 2;  // behind its two parts
+constexpr double anything = 50.0;           ///< [usual_lag] of a lag of which nothing is known: a second
+
+}  // namespace
 
 std::vector<Measured> without_lag(std::vector<Measured> measured, Signal output, double seconds) {
   for (Measured& m : measured) {
@@ -20,8 +27,44 @@ std::vector<Measured> without_lag(std::vector<Measured> measured, Signal output,
   return measured;
 }
 
-LagColumn lag_column(const Circumstances& around, const std::vector<Observation>& observations, double known) {
-  return {lag_effect(around, observations, usual_lag).value, known / usual_lag};
+LagColumn lag_column(const Circumstances& around, const std::vector<Observation>& observations, double corrected,
+                     const std::vector<Quantities>& harmonics) {
+  double weight = 1.0, sum = -corrected / usual_lag;
+  for (const Quantities& harmonic : harmonics) {
+    if (harmonic.value.size() <= lag_of_harmonic) continue;
+    const double variance = harmonic.fit.covariance(lag_of_harmonic, lag_of_harmonic);
+    weight += 1.0 / variance;
+    sum += harmonic.value[lag_of_harmonic] / variance;
+  }
+  return {lag_effect(around, observations, usual_lag).value, sum / weight, 1.0 / std::sqrt(weight)};
+}
+
+Quantities harmonic_with_lag(const Circumstances& around, const std::vector<Observation>& observations,
+                             const std::vector<Effect>& effects, int harmonic) {
+  Quantities plain = fit_harmonic(observations, effects, harmonic, {});
+  const auto solved = solve_symmetric(plain.fit.covariance, plain.value);
+  if (!(dot(solved, plain.value) > significant_harmonic * significant_harmonic)) return plain;
+  // that of the mean harmonic: the noise of a single one would feign a lag of zero
+  std::vector<Observation> mean = observations;
+  for (Observation& one : mean) (harmonic == 2 ? one.second : one.third) = Complex(plain.value[0], plain.value[1]);
+  Effect lag = lag_effect(around, mean, usual_lag);
+  return fit_harmonic(observations, effects, harmonic,
+                      {harmonic == 2 ? std::move(lag.second) : std::move(lag.third), 0.0, anything});
+}
+
+HarmonicPart harmonic_part(const Quantities& harmonic, std::size_t part, const Quantities& levels,
+                           const Polynomial& polynomial) {
+  HarmonicPart out{harmonic.value[part], std::vector<double>(harmonic.value.size()),
+                   std::vector<double>(levels.value.size())};
+  out.by_harmonic[part] = 1.0;
+  if (harmonic.value.size() <= lag_of_harmonic || !polynomial.has_lag()) return out;
+  const Matrix& covariance = harmonic.fit.covariance;
+  const double slope = covariance(part, lag_of_harmonic) / covariance(lag_of_harmonic, lag_of_harmonic);
+  const std::size_t last = polynomial.value.size() - 1;
+  out.value += slope * (polynomial.value[last] - harmonic.value[lag_of_harmonic]);
+  out.by_harmonic[lag_of_harmonic] = -slope;
+  for (std::size_t n = 0; n < out.by_levels.size(); ++n) out.by_levels[n] = slope * polynomial.of_levels(last, n);
+  return out;
 }
 
 LagFit lag_of(const Quantities& levels, const Polynomial& polynomial) {

@@ -276,6 +276,16 @@ Findings faults_of(const Channel& channel, const Spin& spin) {
        where_of(spin)}};
 }
 
+/// The encoder that stays where it is although the plan turns its axis; null: none.
+const Channel* encoder_at_rest(const Measured& measured, const Channels& channels) {
+  constexpr double at_rest = 1e-3;  // [1] of the planned rate
+  const Spin& spin = *measured.stretch;
+  if (channels.arm != nullptr && std::abs(measured.arm_rate) < at_rest * std::abs(spin.arm_rate)) return channels.arm;
+  if (channels.table != nullptr && std::abs(measured.table_rate) < at_rest * std::abs(spin.table_rate))
+    return channels.table;
+  return nullptr;
+}
+
 }  // namespace
 
 Complex Channelling::gain(double rate, double step) const {
@@ -327,6 +337,10 @@ Measured measure(const Test& test, const Spin& stretch, const Instruments& instr
   out.arm_rate = angles.arm_rate();
   out.table_rate = angles.table_rate();
   out.unsteady = angles.unsteady();
+  if (const Channel* still = encoder_at_rest(out, channels)) {
+    out.faults.push_back({Finding::Severity::error, "channel_constant", {{"channel", still->name}}, where_of(stretch)});
+    return out;
+  }
   if (!std::isfinite(out.arm_rate) || !std::isfinite(out.table_rate)) {
     out.faults.push_back({Finding::Severity::error, "too_few_angles", {}, where_of(stretch)});
     return out;

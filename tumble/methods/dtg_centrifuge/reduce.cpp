@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <set>
 #include <tuple>
 
 #include "tumble/math/linear_algebra.hpp"
@@ -22,13 +21,17 @@ constexpr double poorly_known = 0.1;
 /// [rad] nearer to another axis than to the stated.
 constexpr double other_axis = 0.25 * pi, other_direction = 0.75 * pi;
 constexpr double differs_sd = 5.0;  ///< [sd] beyond the greatest error: p = 6e-7
-/// Least eigenvalue of the columns of unit length, with which rates and specific force of the levels are distinguished.
-constexpr double weakest_of_levels = 1e-8;
 
 double spin_of(const Measured& m) { return m.stretch->spin_up; }
 
 /// Rates are alike that would give the same level in words.
 long key_of(double rate) { return std::lround(rate * 1e3); }
+
+/// Spin axis up before down, then by the rates.
+using Key = std::tuple<int, long, long>;
+Key key_of(const Spin& s) {
+  return {s.spin_up > 0.0 ? 0 : 1, key_of(std::abs(s.arm_rate)), key_of(std::abs(s.table_rate))};
+}
 
 /// Mean lines of one power-up (or one level, where no encoder says the heading) in two gyros.
 struct Pair {
@@ -117,21 +120,48 @@ void combine(double& value, double& sd, double other, double other_sd) {
   sd = std::sqrt(share) * other_sd;
 }
 
+/// [1] of the rates, within which a level is carried out as planned, or as another one is.
+constexpr double same_rate_of_level = 0.01;
+
+bool turns_as(const Measured& m, const Spin& planned) {
+  return std::abs(m.arm_rate / planned.arm_rate - 1.0) < same_rate_of_level &&
+         std::abs(m.table_rate / planned.table_rate - 1.0) < same_rate_of_level;
+}
+
 }  // namespace
+
+void assign_levels(Test& test, std::vector<Measured>& measured, Findings& findings) {
+  Occurrences others{0, {}, {}};
+  std::string other;
+  for (Measured& m : measured) {
+    Spin& spin = test.levels[static_cast<std::size_t>(m.stretch - test.levels.data())];
+    if (turns_as(m, spin)) continue;
+    const auto as = std::ranges::find_if(test.planned, [&](const Spin& planned) {
+      return planned.spin_up == spin.spin_up && planned.arm_rate * spin.arm_rate > 0.0 && turns_as(m, planned);
+    });
+    if (as == test.planned.end()) continue;
+    if (others.count++ == 0) others.first = where_of(spin), other = as->label;
+    spin.arm_rate = as->arm_rate;
+    spin.table_rate = as->table_rate;
+  }
+  if (others.count > 0)
+    findings.push_back({Finding::Severity::warning, "level_turns_as_another", {{"other", other}}, "", others});
+}
 
 Reduction reduction_of(const Test& test, const std::vector<Measured>& measured) {
   Reduction out;
-  using Key = std::tuple<int, long, long>;
   std::map<Key, std::vector<std::size_t>> cells;
-  for (std::size_t i = 0; i < measured.size(); ++i) {
-    const Spin& s = *measured[i].stretch;
-    cells[{s.spin_up > 0.0 ? 0 : 1, key_of(std::abs(s.arm_rate)), key_of(std::abs(s.table_rate))}].push_back(i);
-  }
+  for (const Spin& planned : test.planned) cells[key_of(planned)];
+  for (std::size_t i = 0; i < measured.size(); ++i) cells[key_of(*measured[i].stretch)].push_back(i);
   out.level_of.resize(measured.size());
   out.nominal.resize(measured.size());
+  std::size_t number = 0;
   for (const auto& [key, members] : cells) {
+    ++number;
+    if (members.empty()) continue;
     Level level{.spin_up = measured[members.front()].stretch->spin_up,
-                .label = measured[members.front()].stretch->label};
+                .label = measured[members.front()].stretch->label,
+                .number = number};
     std::map<std::pair<const Plan*, double>, std::size_t> first_of;  // alike in every power-up
     for (const std::size_t i : members) {
       const Measured& m = measured[i];
@@ -204,33 +234,6 @@ void check_relation(const Relation& relation, Signal output, const Settings& set
                         "gyro_gain_far_from_stated",
                         {{"output", channel}, {"gain", gain}, {"stated", settings.number("reference_gain")}},
                         channel});
-}
-
-Sensitivity sensitivity_of(const std::vector<Measured>& measured, const Reduction& reduction) {
-  // columns: rates of arm and table for each orientation of the spin axis, specific force
-  std::map<double, std::size_t> sides;
-  for (const Measured& m : measured) sides.try_emplace(spin_of(m), 2 * sides.size());
-  const std::size_t n = measured.size(), p = 2 * sides.size() + 1;
-  const std::set<std::size_t> levels(reduction.level_of.begin(), reduction.level_of.end());
-  if (levels.size() < p + 2) return {};
-  Matrix design(n, p), lines(n, 2);
-  for (std::size_t i = 0; i < n; ++i) {
-    const Measured& m = measured[i];
-    const double weight = std::sqrt(m.of[reference].samples * m.of[reference].step);
-    const Complex z = m.of[reference].value.line[0];
-    design(i, sides[spin_of(m)]) = weight * m.arm_rate;
-    design(i, sides[spin_of(m)] + 1) = weight * m.table_rate;
-    design(i, p - 1) = weight * std::abs(force_of(reduction.nominal[i], m.arm_rate, 0.0, 0.0));
-    lines(i, 0) = weight * z.real();
-    lines(i, 1) = weight * (spin_of(m) < 0.0 ? -z.imag() : z.imag());
-  }
-  const auto scale = inverses(column_norms(design));
-  const Matrix unit = scaled_columns(design, scale), normal = gram(unit);
-  if (eigenvalues_symmetric(normal)[0] < weakest_of_levels) return {};
-  const Matrix b = solve_symmetric(normal, transposed_product(unit, lines)), residual = lines - unit * b;
-  const double noise = dot(residual.values, residual.values) / static_cast<double>(2 * (n - p));
-  const double inverse = solve_symmetric(normal, block(identity(p), 0, p, p - 1, 1)).values.back();
-  return {Complex(b(p - 1, 0), b(p - 1, 1)) * scale[p - 1], std::sqrt(noise * inverse) * scale[p - 1], true};
 }
 
 Complex force_of(const RigLines& nominal, double arm_rate, Complex true_rate, double gravity) {

@@ -18,6 +18,7 @@ struct Level {
   double force = 0.0;                       ///< a [m/s^2], mean
   double force_along = 0.0;                 ///< f_Z [m/s^2]
   std::string label;                        ///< of the first segment at this level
+  std::size_t number = 1;  ///< among the levels of the plans, also those that are missing or cannot be used
 };
 
 /// gyro line = gain e^{-i sigma azimuth} x reference line for what is fixed in the Earth, sigma = +1 spin axis up.
@@ -35,8 +36,11 @@ struct Relation {
 struct Lag {
   bool stated = true;     ///< the settings state the loop
   bool quantity = false;  ///< of the fit; otherwise it is an error of it
-  double value = 0.0;     ///< [s] that the lines are corrected for
-  double sd = 0.0;        ///< [s] of it
+  bool contradicted =
+      false;  ///< the levels contradict what the settings state: the lag is estimated as where they state none
+  bool of_stamps = false;  ///< both gyros have it: it is one of the stamps, and takes nothing from the amplitudes
+  double value = 0.0;      ///< [s] that the lines are corrected for
+  double sd = 0.0;         ///< [s] of it
 };
 
 /// The reference gyro's own sensitivity to specific force: Z_f = u w_t + k w_s + v a with u the tilt of the table's
@@ -68,7 +72,11 @@ struct Reduction {
   std::vector<RigLines> nominal;      ///< of each measured: what the plan's rig gives
 };
 
-/// Numbers the levels: spin axis up first, then by specific force.
+/// The level of the plan whose rates a segment was carried out with where that is another than its label says: labels that are
+/// exchanged, or a level that was carried out twice. Sets the planned rates of its spin, with a finding.
+void assign_levels(Test& test, std::vector<Measured>& measured, Findings& findings);
+
+/// Numbers the levels: spin axis up first, then by specific force. A level of the plan that is missing keeps its number.
 Reduction reduction_of(const Test& test, const std::vector<Measured>& measured);
 
 /// From the lines at the heading, with what the settings know beforehand.
@@ -78,8 +86,6 @@ Relation relation_of(const std::vector<Measured>& measured, Signal output, const
 /// Errors where the lines at the heading say that a polarity is reversed, that an axis is another one than stated, or
 /// that a scale factor is wrong by a fifth or more.
 void check_relation(const Relation& relation, Signal output, const Settings& settings, Findings& findings);
-
-Sensitivity sensitivity_of(const std::vector<Measured>& measured, const Reduction& reduction);
 
 /// Specific force along X at the table's angle [m/s^2]: centripetal and the gravity that a tilt of the table's axis
 /// lets in.

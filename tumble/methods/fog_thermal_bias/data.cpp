@@ -144,10 +144,39 @@ void average(RunData& run, const Slice& gyro, const Thermal& thermal, const std:
   }
 }
 
-RunData data_of(const Evidence& evidence, const Run& run, const std::vector<Term>& terms, double lag, double interval,
-                double spacing) {
+/// Steps of the readings at the end of a power-up among which that to the next is looked for, and how large it is: over
+/// the largest step before, and in K. No chamber moves so fast.
+constexpr std::size_t steps_at_end = 20, fewest_readings_of_run = 200;
+constexpr double over_largest_step = 10.0, least_step_to_next = 1.0;
+
+/// End [s] of what belongs to the power-up: where the mark of the next one is late, its last readings are those of the
+/// next, at another temperature.
+double own_end(const Run& run, const Channel& thermometer) {
+  const Slice readings = slice(thermometer, run.begin, run.end);
+  const std::size_t n = readings.value.size();
+  if (n < fewest_readings_of_run) return run.end;
+  double largest = 0.0;
+  for (std::size_t k = 1; k < n; ++k) {
+    const double step = std::abs(readings.value[k] - readings.value[k - 1]);
+    if (k + steps_at_end >= n && step > std::max(over_largest_step * largest, least_step_to_next))
+      return 0.5 * (readings.time[k - 1] + readings.time[k]);
+    if (step > largest) largest = step;
+  }
+  return run.end;
+}
+
+/// Time [s] of the last sample of a power-up.
+double end_of(const Channel& channel, const Run& run) {
+  const Slice samples = slice(channel, run.begin, run.end);
+  return samples.time.empty() ? run.end : samples.time.back();
+}
+
+RunData data_of(const Evidence& evidence, const Run& marked, const std::vector<Term>& terms, double lag,
+                double interval, double spacing) {
   const Settings& settings = evidence.plan.settings;
-  const Signals role = signals_of(evidence, evidence.recordings[run.recording]);
+  const Signals role = signals_of(evidence, evidence.recordings[marked.recording]);
+  Run run = marked;
+  run.end = own_end(marked, *role.sensors.top);
   const std::string where = fmt::format("run {}{}", run.number, run.label.empty() ? "" : " (" + run.label + ")");
   const Slice gyro = slice(*role.gyro, run.begin, run.end);
   if (gyro.time.size() < 2)
@@ -159,6 +188,7 @@ RunData data_of(const Evidence& evidence, const Run& run, const std::vector<Term
   out.label = run.label;
   out.recording = run.recording;
   out.file = evidence.recordings[run.recording].origin.file;
+  out.of_next = run.end < marked.end ? end_of(*role.gyro, marked) - run.end : 0.0;
   out.start_temperature = thermal.start_temperature;
   out.start_output = mean_of(gyro, begin + settings.number("start_window"), where + ", channel " + role.gyro->name);
   if (settings.has("hold_out")) {

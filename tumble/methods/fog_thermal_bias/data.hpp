@@ -32,6 +32,7 @@ struct RunData {
   std::vector<Felt> felt;          ///< means over each interval
   Matrix regressors;               ///< intervals x (terms, then departures), averaged over each interval
   bool held_out = false;
+  double of_next = 0.0;  ///< [s] at its end that is not used: readings of the next power-up
 };
 
 /// Calls visit(run, k) for each average with data of the runs that are fitted.

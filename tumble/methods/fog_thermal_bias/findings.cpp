@@ -16,6 +16,7 @@ constexpr double follows_share = 0.95;
 /// Condition of the columns of unit length. At 30 an uncertainty is up to 30 times that of the term by itself; at 1000
 /// a thousandth of model error moves the terms by their size.
 constexpr double correlated = 30.0, nearly_dependent = 1e3;
+constexpr double hottest_chamber = 473.15;  ///< [K] 200 degC: kelvin of -70 degC and more, read as degC
 constexpr double widened = 1.3;  ///< chi-square over its degrees of freedom, from which on uncertainties are 14 % wider
 
 const Unit& rate_unit() {
@@ -140,6 +141,36 @@ void add_held_out(Findings& findings, const Answer& answer) {
   add("predicted_runs_worse", pooled_sd(answer.runs, false, {}, {}), answer.candidates[answer.chosen].sd_held_out);
 }
 
+/// Power-ups whose last readings are those of the next.
+void add_late_marks(Findings& findings, const std::vector<RunData>& runs) {
+  Occurrences often{0, {}, {}};
+  double longest = 0.0;
+  for (const RunData& run : runs) {
+    if (run.of_next <= 0.0) continue;
+    const Place place(fmt::format("run {}", run.number));
+    if (often.count++ == 0) often.first = place;
+    if (run.of_next > longest) longest = run.of_next, often.worst = place;
+  }
+  if (often.count > 0)
+    findings.push_back({Severity::warning, "power_ups_end_in_next", {{"length", longest, "s"}}, "", often});
+}
+
+/// A thermometer whose column says degC and holds kelvin: no chamber is so hot.
+void add_kelvin(Findings& findings, const std::vector<RunData>& runs) {
+  double least = INFINITY, greatest = -INFINITY;
+  each_average(runs, [&](const RunData& run, std::size_t k) {
+    const double half = 0.5 * run.felt[k].temperature_gradient;
+    for (const double one : {run.felt[k].temperature - half, run.felt[k].temperature + half}) {
+      if (one < hottest_chamber) continue;
+      least = std::min(least, one);
+      greatest = std::max(greatest, one);
+    }
+  });
+  if (greatest > hottest_chamber)
+    findings.push_back(
+        {Severity::error, "temperature_of_no_chamber", {{"least", least, "degC"}, {"greatest", greatest, "degC"}}});
+}
+
 }  // namespace
 
 Table models_table(const std::vector<Candidate>& candidates, std::size_t chosen, const Estimate& estimate) {
@@ -219,6 +250,8 @@ std::vector<Curve> residual_curves(const std::vector<RunData>& runs, const std::
 
 Findings findings_of(const Answer& answer, const Settings& settings) {
   Findings findings;
+  add_late_marks(findings, answer.runs);
+  add_kelvin(findings, answer.runs);
   const LinearFit& fit = answer.fit;
   add_orders(findings, answer);
   add_collinearity(findings, answer.runs, answer.candidates.back());
@@ -232,6 +265,7 @@ Findings findings_of(const Answer& answer, const Settings& settings) {
     findings.push_back({Severity::warning, "misfit_widens_uncertainties", {{"reduced_chi_square", misfit}}, "fit"});
   add_misfit(findings, answer.misfit);
   add_held_out(findings, answer);
+  findings.insert(findings.end(), answer.uneven.begin(), answer.uneven.end());
   add_not_used(findings, answer.runs, answer.not_used);
   if (settings.word("form") == "raw") findings.push_back({Severity::warning, "raw_powers_of_temperature", {}, "form"});
   if (!std::isfinite(answer.noise.angle_random_walk))

@@ -10,7 +10,6 @@
 #include "tumble/methods/fog_thermal_bias/surface.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/reduce/output_model.hpp"
-#include "tumble/sim/simulate.hpp"
 #include "tumble/units/error.hpp"
 
 // Symbols of the source: L output, L_0 its mean over the first two minutes, T temperature, DT gradient
@@ -134,14 +133,6 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   return estimate;
 }
 
-Estimate predict(const Plan& plan) {
-  // The uncertainty does not depend on the coefficients: a rehearsal with the instrument's noise gives it.
-  Estimate estimate = identify({plan, {simulate(plan, 1, {})}}, {});
-  for (auto& parameter : estimate.parameters)
-    if (plan.truth.texts().contains(parameter.name)) parameter.value = plan.truth.number(parameter.name);
-  return estimate;
-}
-
 }  // namespace
 
 extern const Method fog_thermal_bias{
@@ -152,7 +143,6 @@ extern const Method fog_thermal_bias{
     .roles = roles,
     .options = options,
     .identify = identify,
-    .compensates = true,
-    .predict = predict};
+    .compensates = true};
 
 }  // namespace tumble::fog_thermal_bias

@@ -7,6 +7,8 @@
 #include <limits>
 
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/methods/fog_thermal_bias/uneven_runs.hpp"
+#include "tumble/reduce/power_ups.hpp"
 #include "tumble/units/error.hpp"
 #include "tumble/units/text_parts.hpp"
 
@@ -198,14 +200,19 @@ void fit_answer(Answer& answer, const Factors& factors, const std::vector<std::s
   answer.fit.degrees_of_freedom = fit.degrees_of_freedom;
 }
 
-/// Levels of the runs that have data, with the start temperatures of these. Given: factors of answer.columns alone or
-/// among others, whose places are `positions`.
-LevelFit levels_of(const Answer& answer, const Factors& factors, const std::vector<std::size_t>& factorised,
-                   const Settings& settings, double known_turn_on = -1.0) {
-  const auto powers = static_cast<std::size_t>(settings.integer("start_temperature_power")) + 1;
-  const auto starts = start_differences(answer.runs, settings);
+/// Levels of the runs that have data, with their start temperatures less the reference and their places among the fitted
+/// runs.
+struct LevelsOfRuns {
   std::vector<RunLevel> levels;
-  std::vector<double> start_of_level;
+  std::vector<double> starts;  ///< [K]
+  std::vector<std::size_t> which;
+};
+
+/// Given: factors of answer.columns alone or among others, whose places are `positions`.
+LevelsOfRuns levels_with_data(const Answer& answer, const Factors& factors, const std::vector<std::size_t>& factorised,
+                              const Settings& settings) {
+  const auto starts = start_differences(answer.runs, settings);
+  LevelsOfRuns out;
   for (std::size_t r = 0; r < factors.levels.size(); ++r) {
     if (!std::isfinite(factors.levels[r].variance)) continue;
     RunLevel level{factors.levels[r].output, {}, factors.levels[r].variance};
@@ -213,12 +220,44 @@ LevelFit levels_of(const Answer& answer, const Factors& factors, const std::vect
       level.regressors.push_back(
           factors.levels[r]
               .regressors[static_cast<std::size_t>(std::ranges::find(factorised, column) - factorised.begin())]);
-    levels.push_back(std::move(level));
-    start_of_level.push_back(starts[r]);
+    out.levels.push_back(std::move(level));
+    out.starts.push_back(starts[r]);
+    out.which.push_back(r);
   }
-  if (levels.size() < powers + 2) return {};
-  return fit_levels(levels, answer.fit.parameters, answer.fit.covariance, start_of_level, powers, answer.fit.inflation,
+  return out;
+}
+
+std::size_t powers_of_start(const Settings& settings) {
+  return static_cast<std::size_t>(settings.integer("start_temperature_power")) + 1;
+}
+
+LevelFit levels_of(const Answer& answer, const Factors& factors, const std::vector<std::size_t>& factorised,
+                   const Settings& settings, double known_turn_on = -1.0) {
+  const std::size_t powers = powers_of_start(settings);
+  const LevelsOfRuns of = levels_with_data(answer, factors, factorised, settings);
+  if (of.levels.size() < powers + 2) return {};
+  return fit_levels(of.levels, answer.fit.parameters, answer.fit.covariance, of.starts, powers, answer.fit.inflation,
                     known_turn_on);
+}
+
+/// Whether the levels change from power-up to power-up otherwise than by chance and by their start temperature.
+Findings uneven_levels(const Answer& answer, const Factors& factors, const std::vector<std::size_t>& factorised,
+                       const Settings& settings) {
+  const LevelsOfRuns of = levels_with_data(answer, factors, factorised, settings);
+  const std::size_t powers = powers_of_start(settings);
+  std::vector<int> numbers;
+  for (const RunData& run : answer.runs)
+    if (!run.held_out) numbers.push_back(run.number);
+  std::vector<PowerUpValue> values;
+  Matrix design(of.levels.size(), powers);
+  for (std::size_t k = 0; k < of.levels.size(); ++k) {
+    const RunLevel& level = of.levels[k];
+    const double known = level.variance + quadratic_form(level.regressors, answer.fit.covariance);
+    values.push_back({fmt::format("run {}", numbers[of.which[k]]),
+                      level.output - dot(level.regressors, answer.fit.parameters), known});
+    for (std::size_t j = 0; j < powers; ++j) design(k, j) = std::pow(of.starts[k], static_cast<double>(j));
+  }
+  return uneven_power_ups(values, design, Unit::parse("deg/h"));
 }
 
 bool shows_gradient(const std::vector<RunData>& runs) {
@@ -266,6 +305,8 @@ Answer solve(const Evidence& evidence, const std::vector<Term>& terms, double la
   fit_answer(answer, factors, factorised, settings, names);
   answer.misfit = misfits_of(factors, factorised, answer, departures, terms.size());
   answer.levels = levels_of(answer, factors, factorised, settings);
+  for (const Findings& some : {uneven_levels(answer, factors, factorised, settings), uneven_runs(answer, interval)})
+    answer.uneven.insert(answer.uneven.end(), some.begin(), some.end());
   const auto& columns = answer.columns;
   answer.degrees_of_freedom = degrees_of_freedom(likelihood, most_likely, [&](const NoiseModel& noise) {
     Answer other = answer;

@@ -21,6 +21,7 @@ struct Answer {
   std::vector<double> degrees_of_freedom;  ///< of each parameter's variance
   Misfit misfit;
   LevelFit levels;                    ///< without `bias` where the start temperatures are too few
+  Findings uneven;                    ///< what is not alike in or between the power-ups
   std::vector<std::size_t> not_used;  ///< two_stage: fitted runs that do not determine the coefficients alone
 };
 

@@ -20,6 +20,10 @@ constexpr double tone_residual = 0.35;
 constexpr std::size_t fewest_to_explore = 32;  ///< samples
 
 constexpr std::size_t blocks = 100;
+constexpr double same_tone = 0.02;  ///< [1] by which a tone may be off the planned frequency
+/// Tones that are off the plan alike: [1], five times what plain oscillators are off by; scatter [1] of that; and number of tones.
+constexpr double clock_apart = 5e-4, scatter_of_clock = 0.2;
+constexpr std::size_t fewest_of_clock = 3;
 
 /// The strongest frequency of the reference in each block; 0 where it does not move.
 struct Blocks {
@@ -110,6 +114,45 @@ void explore(const Part& part, const Scaling& scaling, const Settings& settings,
   }
 }
 
+bool is_near(double frequency, double planned) { return std::abs(frequency / planned - 1.0) < same_tone; }
+
+/// Skips points whose tone is not the planned one and is that of another segment.
+void drop_others(const Data& data, Points& points) {
+  std::erase_if(points.usable, [&](const Point& point) {
+    const auto is_of = [&](const Part& part) {
+      return part.motion && part.motion->kind == Motion::Kind::sine && is_near(point.frequency, part.motion->frequency);
+    };
+    const auto other = std::ranges::find_if(data.parts, is_of);
+    if (is_near(point.frequency, point.nominal) || other == data.parts.end()) return false;
+    points.findings.push_back(
+        {Finding::Severity::error,
+         "tone_of_another_segment",
+         {{"planned", point.nominal, "Hz"}, {"measured", point.frequency, "Hz"}, {"other", other->label}},
+         point.where});
+    return true;
+  });
+}
+
+/// A finding where all tones are off the plan by one factor: the clock of the record or of the shaker is wrong.
+void check_clock(const Data& data, Points& points) {
+  double sum = 0.0, squares = 0.0, n = 0.0;
+  const Point* highest = nullptr;
+  for (const Point& point : points.usable) {
+    if (point.cycles == 0.0 || !is_near(point.frequency, point.nominal)) continue;
+    const auto planned = std::ranges::find(data.parts, point.where, &Part::label);
+    if (planned == data.parts.end() || !planned->motion) continue;
+    const double off = point.frequency / planned->motion->frequency - 1.0;
+    sum += off, squares += off * off, ++n;
+    if (highest == nullptr || point.frequency > highest->frequency) highest = &point;
+  }
+  if (n < static_cast<double>(fewest_of_clock)) return;
+  const double mean = sum / n, scatter = std::sqrt(std::max(0.0, squares / n - mean * mean));
+  if (std::abs(mean) < clock_apart || scatter > scatter_of_clock * std::abs(mean)) return;
+  points.findings.push_back({Finding::Severity::warning,
+                             "frequencies_differ_alike",
+                             {{"difference", mean, "ppm"}, {"frequency", highest->frequency, "Hz"}}});
+}
+
 }  // namespace
 
 Points points_of(const Data& data, const Settings& settings, const Progress& progress) {
@@ -125,6 +168,8 @@ Points points_of(const Data& data, const Settings& settings, const Progress& pro
       add_tone(part, part.begin, part.end, data.scaling, settings, points);
     }
   }
+  drop_others(data, points);
+  check_clock(data, points);
   std::stable_sort(points.usable.begin(), points.usable.end(),
                    [](const Point& a, const Point& b) { return a.frequency < b.frequency; });
   return points;

@@ -16,7 +16,8 @@
 namespace tumble::frequency_response {
 namespace {
 
-constexpr double least_shift = 1e-9;  ///< [1] of the gain and [rad], below which a source has no effect
+constexpr double least_gain = 0.5, most_gain = 2.0;  ///< [1] of an instrument that shows what its reference does
+constexpr double least_shift = 1e-9;                 ///< [1] of the gain and [rad], below which a source has no effect
 
 std::vector<Role> roles() {
   return {{"output", "", false,
@@ -132,6 +133,16 @@ void add_rig(const Evidence& evidence, const std::vector<Point>& points, std::ve
   }
 }
 
+/// A finding where the gain of the lowest frequency is far above one, or that of all frequencies far below: a wrong unit.
+void check_gain(const std::vector<Point>& points, Findings& findings) {
+  double greatest = 0.0;
+  for (const Point& point : points) greatest = std::max(greatest, std::abs(point.response));
+  const double lowest = std::abs(points.front().response), gain = greatest < least_gain ? greatest : lowest;
+  if (gain >= least_gain && lowest <= most_gain) return;
+  findings.push_back(
+      {Finding::Severity::warning, "improbable_gain", {{"gain", gain}, {"motion", Phrase{"motion_of_reference"}}}});
+}
+
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   const Settings& settings = evidence.plan.settings;
   const Data data = data_of(evidence, nullptr);
@@ -149,6 +160,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
           means, [](const Point& p) { return p.scatter_gain_variance > 0.0 || p.scatter_phase_variance > 0.0; }))
     sources.push_back(scatter_source(means));
   add_common(means, settings, data.scaling.relative, sources);
+  if (!data.scaling.relative) check_gain(means, findings);
   if (data.from_rig) findings.push_back({Finding::Severity::info, "reference_from_rig", {}});
   report(progress, 1.0, "done");
   return finished(describe(means, data, sources), findings);

@@ -285,6 +285,20 @@ TEST(FrequencyResponse, ClippingBeneathNoiseIsFound) {
     EXPECT_EQ(finding_of(noisy(99.0, 2e-4, seed).findings, "tone_clipped_in_noise"), nullptr) << seed;
 }
 
+TEST(FrequencyResponse, AReferenceThatIsClippedIsFound) {
+  const auto with_reference = [](double limit, std::uint64_t seed) {
+    Evidence evidence = Bench{}.evidence();
+    auto& values = evidence.recordings[0].channels[1].values;
+    std::vector<double> noise(values.size());
+    RandomStream(seed).normal(0, noise);
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = std::clamp(values[i], -limit, limit) + 0.05 * noise[i];
+    return method().identify(evidence, {});
+  };
+  EXPECT_NE(finding_of(with_reference(9.0, 1).findings, "reference_clipped"), nullptr);
+  for (std::uint64_t seed = 1; seed <= 10; ++seed)
+    EXPECT_EQ(finding_of(with_reference(99.0, seed).findings, "reference_clipped"), nullptr) << seed;
+}
+
 TEST(FrequencyResponse, SweepThroughALoop) {
   // A sweep through an exact recursion with the response 0.2/(1 - 1.5 z + 0.7 z^2), z = exp(-i 2 pi f/rate).
   Evidence evidence = Bench{}.evidence();

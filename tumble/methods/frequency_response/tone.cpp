@@ -3,6 +3,7 @@
 
 #include "tumble/math/regression/sine_fit.hpp"
 #include "tumble/methods/frequency_response/clipping.hpp"
+#include "tumble/methods/frequency_response/extent.hpp"
 #include "tumble/methods/frequency_response/point.hpp"
 #include "tumble/reduce/vibration/vibration.hpp"
 #include "tumble/reduce/vibration/windows.hpp"
@@ -22,7 +23,16 @@ constexpr std::size_t fewest_after_settling = 12, fewest_of_tone = 16;
 constexpr double highest_harmonic = 0.48;  ///< [1] of the sampling rate: below the half, where sine and cosine are one
 /// [1] of the planned frequency, and [1/span], by which the frequency differs from the plan.
 constexpr double other_frequency = 0.02, other_frequency_bins = 2.0;
-constexpr double least_third = 0.005;        ///< [1] of the fundamental: of a tone that is cut by 2.6 %
+constexpr double least_third = 0.005;  ///< [1] of the fundamental: of a tone that is cut by 2.6 %
+/// [1] of the time that a crest takes in a coarse output: half more, where the output ends a step below it.
+constexpr double crest_share = 1.5;
+/// [1] by which a difference may be off a whole multiple of the step, and of the differences that are such multiples.
+constexpr double whole_step = 1e-6, share_of_steps = 0.99;
+/// [1] sum of the squares of all J_1(2 pi k A/q)/k over that of the first: zeta(3).
+constexpr double lines_of_staircase = 1.202;
+/// [1] of the fundamental, from which on a third harmonic of the output's own tells of a gain that depends on the amplitude, by
+/// three times as much; and its sd.
+constexpr double distorted = 0.01, distorted_sd = 5.0;
 constexpr double reference_residual = 0.35;  ///< [1] of the amplitude: two equal tones leave 0.7
 constexpr double reference_noise = 0.01;     ///< variance of the logarithm of its amplitude: sd 10 %
 constexpr double most_cycles_sd = 0.02;      ///< [cycles] over the tone, 0.06 rad at the ends
@@ -53,6 +63,33 @@ void cut(Samples& s, double begin, double end) {
 Pair pair_of(const Part& part, double begin, double end, const Scaling& scaling) {
   return {samples_of(part.output, begin, end, scaling.output_shift),
           samples_of(part.reference, begin, end, scaling.reference_shift)};
+}
+
+/// The step of a converter [SI]: the least difference of neighbouring samples, of which nearly all others are whole multiples; 0: they
+/// are not.
+double step_of(const Samples& s) {
+  double least = INFINITY, steps = 0.0, whole = 0.0, several = 0.0;
+  const auto each = [&](const auto& use) {
+    for (std::size_t i = 1; i < s.value.size(); ++i)
+      if (const double step = std::abs(s.value[i] - s.value[i - 1]); step > 0.0) use(step);
+  };
+  each([&](double step) { least = std::min(least, step); });
+  each([&](double step) {
+    const double multiple = std::round(step / least);
+    ++steps;
+    whole += std::abs(step / least - multiple) < whole_step * multiple ? 1.0 : 0.0;
+    several += multiple > 1.5 ? 1.0 : 0.0;
+  });
+  return whole > share_of_steps * steps && several > 0.0 ? least : 0.0;
+}
+
+/// Variance of ln amplitude by the steps q of a converter: the lines of the staircase, J_1(2 pi k A/q), add (2/pi^2) (q/A)^1.5 of A
+/// with an unknown phase, less what noise of a sample hides of them. A step as large as the amplitude can give any amplitude.
+double rounding_variance(const Samples& s, const SineFit& fit) {
+  const double step = step_of(s), steps = std::min(1.0, step / std::abs(fit.line[0]));
+  const double noise = step > 0.0 ? std::sqrt(fit.noise_variance) / step : 1.0;
+  const double shift = 2.0 / (pi * pi) * std::pow(steps, 1.5) * std::exp(-2.0 * pi * pi * noise * noise);
+  return 0.5 * lines_of_staircase * shift * shift;
 }
 
 /// Cuts both channels to the time that they share, without settling. A finding where too little remains.
@@ -101,19 +138,28 @@ double start_frequency(const Part& part, const Samples& reference, Findings& fin
   return best;
 }
 
-/// Flat tops: one extreme in three samples in succession, again and again, and a third harmonic to match.
-bool clipped(const Samples& s, const SineFit& fit) {
-  if (fit.line.size() < 3 || std::abs(fit.line[2]) < least_third * std::abs(fit.line[0])) return false;
+/// The third harmonic of the output over its tone, less what the reference has of it [1]; 0: none is distinguished.
+double own_third(const SineFit& output, const SineFit& reference) {
+  if (output.line.size() < 3) return 0.0;
+  const double shown = std::abs(output.line[2] / output.line[0]);
+  return shown - (reference.line.size() < 3 ? 0.0 : std::abs(reference.line[2] / reference.line[0]));
+}
+
+/// Flat tops: one extreme in three samples in succession, again and again, for longer than the crest of the tone stays in the
+/// last step of a coarse output, and a third harmonic to match.
+bool clipped(const Samples& s, const SineFit& fit, const SineFit& reference) {
+  if (own_third(fit, reference) < least_third) return false;
   double low = INFINITY, high = -INFINITY;
-  for (const double v : s.value) {
-    if (std::isnan(v)) continue;
-    low = std::min(low, v);
-    high = std::max(high, v);
+  for (const double v : s.value)
+    if (!std::isnan(v)) low = std::min(low, v), high = std::max(high, v);
+  std::size_t flat = 0, three = 0, run = 1;
+  for (std::size_t i = 1; i < s.value.size(); ++i) {
+    run = s.value[i] == s.value[i - 1] && (s.value[i] == high || s.value[i] == low) ? run + 1 : 1;
+    flat += run == 3 ? 3 : run > 3 ? 1 : 0;
+    three += run == 3 ? 1 : 0;
   }
-  std::size_t flat = 0;
-  for (std::size_t i = 2; i < s.value.size(); ++i)
-    flat += (s.value[i] == high || s.value[i] == low) && s.value[i] == s.value[i - 1] && s.value[i] == s.value[i - 2];
-  return flat >= 3;
+  const double crest = std::acos(std::max(-1.0, 1.0 - step_of(s) / std::abs(fit.line[0]))) / pi;
+  return three >= 3 && static_cast<double>(flat) > crest_share * crest * static_cast<double>(s.value.size());
 }
 
 /// Flat tops beneath the noise: the values by the phase of the fitted tone.
@@ -180,13 +226,14 @@ double distortion_of(const SineFit& fit) {
 }
 
 /// Variance of ln gain by the rounding to whole pulses, (3.14).
-double counting_variance(const Part& part, const SineFit& output, double rate) {
-  if (part.output.channel->kind != QuantityKind::count) return 0.0;
+double counting_variance(const Part& part, const Samples& samples, const SineFit& output, double rate) {
+  if (part.output.channel->kind != QuantityKind::count) return rounding_variance(samples, output);
   return vibration::rounding_log_variance(std::abs(output.line[0]), output.frequency / rate, 0.0,
                                           static_cast<double>(output.samples));
 }
 
-Point point_of(const Part& part, const SineFit& output, const SineFit& reference, const Scaling& scaling, double rate) {
+Point point_of(const Part& part, const Samples& samples, const SineFit& output, const SineFit& reference,
+               const Scaling& scaling, double rate) {
   Point p;
   p.frequency = reference.frequency;
   p.nominal = part.motion && part.motion->kind == Motion::Kind::sine ? part.motion->frequency
@@ -197,7 +244,7 @@ Point point_of(const Part& part, const SineFit& output, const SineFit& reference
   p.output_gain_variance = output.log_gain_variance();
   p.output_phase_variance = output.phase_variance();
   p.output_dof = output.degrees_of_freedom;
-  p.counting_variance = counting_variance(part, output, rate);
+  p.counting_variance = counting_variance(part, samples, output, rate);
   p.reference_gain_variance = reference.log_gain_variance();
   p.reference_phase_variance = reference.phase_variance();
   p.reference_dof = reference.degrees_of_freedom;
@@ -212,11 +259,13 @@ Point point_of(const Part& part, const SineFit& output, const SineFit& reference
 }
 
 /// Why the fitted output cannot be used; none: it can.
-std::optional<Finding> fault_of(const Part& part, const Samples& samples, const SineFit& output, double frequency) {
+std::optional<Finding> fault_of(const Part& part, const Samples& samples, const SineFit& output,
+                                const SineFit& reference) {
+  const double frequency = reference.frequency;
   const double amplitude = std::abs(output.line[0]);
   if (!(amplitude > 0.0) || output.log_gain_variance() > tone_below_noise)
     return Finding{Severity::error, "tone_below_noise", {{"frequency", frequency, "Hz"}}, part.label};
-  if (clipped(samples, output))
+  if (clipped(samples, output, reference))
     return Finding{Severity::error,
                    "tone_clipped",
                    {{"frequency", frequency, "Hz"}, {"harmonics", std::abs(output.line[2]) / amplitude, "%"}},
@@ -228,6 +277,16 @@ std::optional<Finding> fault_of(const Part& part, const Samples& samples, const 
                    {{"frequency", frequency, "Hz"}, {"loss", tops.loss, "%"}},
                    part.label};
   return {};
+}
+
+/// Why the fitted reference cannot be used: flat tops, also beneath its noise; none: it can.
+std::optional<Finding> fault_of_reference(const Part& part, const Samples& samples, const SineFit& reference) {
+  const FlatTops tops = flat_tops_of(samples, reference);
+  if (!tops.found || tops.loss < std::max(least_loss, loss_sd * std::sqrt(reference.log_gain_variance()))) return {};
+  return Finding{Severity::error,
+                 "reference_clipped",
+                 {{"frequency", reference.frequency, "Hz"}, {"loss", tops.loss, "%"}},
+                 part.label};
 }
 
 void measure(const Part& part, double begin, double end, const Scaling& scaling, const Settings& settings,
@@ -244,14 +303,30 @@ void measure(const Part& part, double begin, double end, const Scaling& scaling,
   }
   const double start = start_frequency(part, pair.reference, findings);
   if (unusable(settle(pair, start, settings, part.label))) return;
+  if (const Extent tone = extent_of(pair.reference, start); tone.cut) {
+    findings.push_back({Severity::warning,
+                        "tone_not_throughout",
+                        {{"begin", tone.begin - pair.reference.time.front(), "s"},
+                         {"end", pair.reference.time.back() - tone.end, "s"}},
+                        part.label});
+    for (Samples* s : {&pair.output, &pair.reference}) cut(*s, tone.begin, tone.end);
+  }
   const auto reference = fit_reference(part, pair, start, findings);
   if (!reference) return;
+  if (unusable(fault_of_reference(part, pair.reference, *reference))) return;
   const double f = reference->frequency, rate = pair.output.rate;
   if (unusable(objection(f, pair.output.time.back() - pair.output.time.front(), rate, scaling, settings, part.label)))
     return;
   const SineFit output = fit_output(part, pair.output, *reference, findings);
-  if (unusable(fault_of(part, pair.output, output, f))) return;
-  points.usable.push_back(point_of(part, output, *reference, scaling, rate));
+  if (unusable(fault_of(part, pair.output, output, *reference))) return;
+  if (const double third = own_third(output, *reference);
+      third > std::max({distorted, distorted_sd * std::sqrt(output.log_gain_variance()),
+                        distorted_sd * std::sqrt(rounding_variance(pair.output, output))}))
+    findings.push_back({Severity::warning,
+                        "tone_distorted",
+                        {{"frequency", f, "Hz"}, {"third", third, "%"}, {"gain", 3.0 * third, "%"}},
+                        part.label});
+  points.usable.push_back(point_of(part, pair.output, output, *reference, scaling, rate));
   if (const double image = points.usable.back().aliased_to; image > 0.0)
     findings.push_back({Severity::info,
                         "tone_aliased",

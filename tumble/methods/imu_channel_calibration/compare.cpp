@@ -8,6 +8,7 @@
 
 #include "tumble/core/columns.hpp"
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/linear/rows.hpp"
 
@@ -104,15 +105,16 @@ const char* tolerance_of(Kind kind, std::size_t which) {
 
 void add_agreement(const std::vector<Pair>& pairs, const Settings& settings, Estimate& estimate) {
   const std::size_t all = pairs.size() * terms;
+  const double each = 1.0 - 0.5 * (1.0 - exceeded_in_100) / static_cast<double>(all);  // one test in 100 names a term
   std::size_t agreeing = 0;
   for (std::size_t p = 0; p < pairs.size(); ++p)
     for (std::size_t i = 0; i < terms; ++i) {
       const std::size_t index = place(pairs.size(), 2, p, i);
       const auto& parameter = estimate.parameters[index];
       const double sd = standard_uncertainty(estimate, index), size = std::abs(parameter.value);
-      if (size <= 2.0 * sd + settings.number(tolerance_of(pairs[p].kind, i % per_axis)))
-        ++agreeing;
-      else
+      const double tolerance = settings.number(tolerance_of(pairs[p].kind, i % per_axis));
+      if (size <= 2.0 * sd + tolerance) ++agreeing;
+      if (size > student_quantile(each, parameter.degrees_of_freedom) * sd + tolerance)
         estimate.findings.push_back({Finding::Severity::warning,
                                      "term_differs",
                                      {{"difference", parameter.value, parameter.unit}, {"ratio", size / sd}},

@@ -62,8 +62,10 @@ std::vector<Option> options() {
   return options;
 }
 
+/// A part of the evidence has a part of the segments: which of all are missing is for the checks to say.
 void add(const Findings& findings, Estimate& estimate) {
-  estimate.findings.insert(estimate.findings.end(), findings.begin(), findings.end());
+  for (const Finding& finding : findings)
+    if (finding.code != "not_recorded") estimate.findings.push_back(finding);
 }
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {

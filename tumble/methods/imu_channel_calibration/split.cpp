@@ -14,6 +14,8 @@
 namespace tumble::imu_channel_calibration {
 namespace {
 
+constexpr double least_ratio = 0.5;  ///< [1] of outputs and inputs: no scale factor is off by as much
+
 /// Bias and scale factor error of one channel in the form of (3.4).
 struct Alone {
   double value[2] = {0.0, 0.0};
@@ -122,6 +124,12 @@ Calibration split_of(Kind kind, const Sorted& sorted, double temperature) {
     try {
       const Alone alone = kind == Kind::gyro ? gyro_alone(evidence) : accelerometer_alone(evidence, temperature);
       add_channel(axis, alone, out);
+      if (const double ratio = 1.0 / (1.0 + alone.value[1]); !(ratio > least_ratio && ratio < 1.0 / least_ratio))
+        out.findings.push_back(
+            {Finding::Severity::error,
+             "scale_mistaken",
+             {{"sensors", Phrase{kind == Kind::gyro ? "gyros" : "accelerometers"}}, {"ratio", ratio}},
+             role});
       for (auto finding : alone.findings) {
         finding.where = finding.where.empty() ? role : role + ", " + finding.where;
         out.findings.push_back(std::move(finding));

@@ -6,6 +6,7 @@
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/matrix3.hpp"
 #include "tumble/methods/imu_channel_calibration/calibration.hpp"
+#include "tumble/reduce/imu/axes_check.hpp"
 #include "tumble/reduce/linear/joint.hpp"
 #include "tumble/units/error.hpp"
 
@@ -126,6 +127,18 @@ void set_limits(const std::vector<linear::Problem>& problems, const linear::Join
     }
 }
 
+/// Channels exchanged, reversed or in another unit than their names say.
+Findings about_channels(Kind kind, const Forward& forward, const Evidence& whole) {
+  Matrix response = identity(3);
+  std::array<std::string, 3> names;
+  for (std::size_t i = 0; i < 3; ++i) {
+    response(i, i) += forward.value[index_of(i, 1)];
+    for (const std::size_t which : {2u, 3u}) response(i, other_axis(i, which)) = forward.value[index_of(i, which)];
+    names[i] = require_channel(whole, whole.recordings.front(), role_of(kind, i)).name;
+  }
+  return imu::about_axes(kind, imu::axes_seen(response), names);
+}
+
 }  // namespace
 
 Calibration whole_of(Kind kind, const Evidence& all) {
@@ -143,6 +156,7 @@ Calibration whole_of(Kind kind, const Evidence& all) {
   const Forward forward = forward_of(solution);
   Calibration out;
   out.findings = solution.all.findings;
+  for (auto& finding : about_channels(kind, forward, whole)) out.findings.push_back(std::move(finding));
   out.temperature = temperature_of(whole, solution.outputs.front());
   const Inverted result = inverted(forward.value);
   out.value = result.value;

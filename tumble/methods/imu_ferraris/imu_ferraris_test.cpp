@@ -24,7 +24,6 @@ constexpr double g = 9.81;
 /// The nine sections of a unit without errors, 2 s each at 50 Hz, with a little noise.
 struct Session {
   std::map<std::string, std::array<double, 6>> truth;  ///< [m/s^2, rad/s] by section
-  double turn_time = 2.0;
 
   Session() {
     for (std::size_t p = 0; p < 6; ++p) {
@@ -112,6 +111,96 @@ TEST(ImuFerraris, NamesTheSectionsThatAreMissing) {
                      {{"labels", "y_a=y_b, z_rot = turn", "", true, true}, {"axes", "any", "", true, true}}, false))
           .parameters.size(),
       12u);
+}
+
+/// A turn by hand, from rest to rest: the rate is a half wave.
+void turn_by_hand(Recording& recording, std::size_t t) {
+  const std::size_t mark = static_cast<std::size_t>(std::ranges::find(recording.marks, labels()[6 + t], &Mark::label) -
+                                                    recording.marks.begin());
+  auto& gyro = recording.channels[3 + t].values;
+  for (std::size_t i = 0; i < 100; ++i) {
+    const double along = (static_cast<double>(i) + 0.5) / 100.0;
+    gyro[100 * mark + i] +=
+        0.5 * std::numbers::pi * std::numbers::pi * std::sin(std::numbers::pi * along) - std::numbers::pi;
+  }
+}
+
+TEST(ImuFerraris, AGapInATurnIsInTheBudget) {
+  Evidence evidence = Session().evidence({{"rotation_angle_sd", "0.001 deg", "", true, true}});
+  Recording& recording = evidence.recordings[0];
+  for (std::size_t t = 0; t < 3; ++t) turn_by_hand(recording, t);
+  const auto whole = identified(evidence);
+  const auto begin = static_cast<std::size_t>(50.0 * std::ranges::find(recording.marks, "y_rot", &Mark::label)->begin);
+  for (Channel& channel : recording.channels) {
+    auto stamps = std::make_shared<std::vector<double>>();
+    for (std::size_t i = 0; i < channel.values.size(); ++i) stamps->push_back(0.02 * static_cast<double>(i));
+    const auto lost = [&](auto& all) {
+      all.erase(all.begin() + static_cast<long>(begin) + 30, all.begin() + static_cast<long>(begin) + 55);
+    };
+    lost(*stamps), lost(channel.values);
+    channel.timeline = {0.0, 0.0, stamps};
+  }
+  const auto with_gap = identified(evidence);
+  const auto i = static_cast<std::size_t>(find_parameter(whole, "gyro_y_scale_factor") - whole.parameters.data());
+  const double error = std::abs(with_gap.parameters[i].value - whole.parameters[i].value);
+  EXPECT_GT(error, 10.0 * standard_uncertainty(whole, i)) << "a straight line cuts the half wave off";
+  EXPECT_LT(error, 2.0 * standard_uncertainty(with_gap, i));
+  EXPECT_TRUE(has_finding(with_gap.findings, "turn_bridged"));
+  EXPECT_FALSE(has_finding(whole.findings, "turn_bridged"));
+}
+
+/// A turn with a quarter of a second at rest at both ends, 12 of its 100 samples, at the rate that makes 360 deg in the others.
+void rest_at_ends(Recording& recording, std::size_t t, double bias) {
+  const std::size_t mark = static_cast<std::size_t>(std::ranges::find(recording.marks, labels()[6 + t], &Mark::label) -
+                                                    recording.marks.begin());
+  for (std::size_t i = 0; i < 100; ++i) {
+    double& rate = recording.channels[3 + t].values[100 * mark + i];
+    const bool rests = i < 12 || i >= 88;
+    rate += bias + (rests ? -std::numbers::pi : std::numbers::pi * (100.0 / 76.0 - 1.0));
+  }
+}
+
+TEST(ImuFerraris, ABiasThatChangedBetweenPosesAndTurnsIsNamedAndInTheBudget) {
+  const auto identified_with = [](double bias) {
+    Evidence evidence = Session().evidence({{"rotation_angle_sd", "0.001 deg", "", true, true}});
+    for (std::size_t t = 0; t < 3; ++t) rest_at_ends(evidence.recordings[0], t, bias);
+    return identified(evidence);
+  };
+  const auto same = identified_with(0.0), other = identified_with(0.02);
+  const auto i = static_cast<std::size_t>(find_parameter(same, "gyro_z_scale_factor") - same.parameters.data());
+  EXPECT_FALSE(has_finding(same.findings, "bias_in_turn_differs"));
+  EXPECT_TRUE(has_finding(other.findings, "bias_in_turn_differs"));
+  EXPECT_LT(std::abs(same.parameters[i].value - 1.0), 3.0 * standard_uncertainty(same, i));
+  const double error = std::abs(other.parameters[i].value - 1.0);
+  EXPECT_GT(error, 5.0 * standard_uncertainty(same, i));
+  EXPECT_LT(error, 2.0 * standard_uncertainty(other, i));
+}
+
+TEST(ImuFerraris, MarksThatAreLateAreNamed) {
+  Evidence evidence = Session().evidence();
+  EXPECT_FALSE(has_finding(identified(evidence).findings, "segments_end_in_next"));
+  auto late = evidence;
+  for (std::size_t m = 1; m < late.recordings[0].marks.size(); ++m) late.recordings[0].marks[m].begin += 0.1;
+  const auto found = identified(late).findings;
+  EXPECT_TRUE(has_finding(found, "segments_end_in_next"));
+  EXPECT_NEAR(value_of(found, "segments_end_in_next", "shift"), 0.1, 0.03);
+  auto early = evidence;
+  for (std::size_t m = 1; m < early.recordings[0].marks.size(); ++m) early.recordings[0].marks[m].begin -= 0.1;
+  EXPECT_TRUE(has_finding(identified(early).findings, "segments_begin_in_last"));
+}
+
+TEST(ImuFerraris, OneOutputInAnotherUnitIsNamed) {
+  Evidence evidence = Session().evidence();
+  for (double& v : evidence.recordings[0].channels[3].values) v *= std::numbers::pi / 180.0;
+  EXPECT_TRUE(has_finding(errors_of(evidence), "channel_unit_mistaken"));
+}
+
+TEST(ImuFerraris, MostOfOneOutputMissingIsRefused) {
+  Evidence evidence = Session().evidence();
+  auto& values = evidence.recordings[0].channels[0].values;  // the other five outputs are whole
+  std::fill(values.begin(), values.begin() + 60, std::nan(""));
+  EXPECT_TRUE(
+      refuses(Error::Kind::bad_data, Asked{.pattern = "more than half of the samples"}, refusal(method(), evidence)));
 }
 
 TEST(ImuFerraris, TakesTheLabelsOfImucal) {

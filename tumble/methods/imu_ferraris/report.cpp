@@ -7,6 +7,7 @@
 
 #include "tumble/core/columns.hpp"
 #include "tumble/math/median.hpp"
+#include "tumble/methods/imu_ferraris/turn_causes.hpp"
 #include "tumble/reduce/imu/axes_check.hpp"
 #include "tumble/units/constants.hpp"
 
@@ -228,6 +229,20 @@ void about_turns(const Means& means, const Calibration& c, Findings& findings) {
   }
 }
 
+/// The bias at the ends of a turn that are at rest is another than in the poses.
+void about_bias(const Means& means, const Calibration& c, const Recorded& recorded, Findings& findings) {
+  const auto changes = bias_changes(means, c, recorded);
+  for (std::size_t t = 0; t < turns; ++t)
+    for (std::size_t k = 0; k < 3; ++k)
+      if (changes[t][k] != 0.0)
+        findings.push_back({Finding::Severity::warning,
+                            "bias_in_turn_differs",
+                            {{"channel", recorded.channel[3 + k]},
+                             {"change", changes[t][k], recorded.unit[3 + k]},
+                             {"share", std::abs(changes[t][k] * means.turn_time[t] / means.turned[t][t]), "%"}},
+                            labels()[poses + t]});
+}
+
 void about_rests(const Recorded& recorded, Findings& findings) {
   for (std::size_t k = 0; k < (recorded.gyros ? outputs : 3); ++k) {
     std::vector<double> densities;
@@ -263,6 +278,7 @@ Findings faults(const Plan& plan, const Means& means, const Calibration& calibra
     about_gyros(calibration, recorded, severity, findings);
     about_turns(means, calibration, findings);
     about_all_turns(means, calibration, recorded, findings);
+    about_bias(means, calibration, recorded, findings);
   }
   about_rests(recorded, findings);
   about_gravity(means, calibration, findings);

@@ -10,6 +10,7 @@
 
 #include "tumble/core/marks.hpp"
 #include "tumble/language/say.hpp"
+#include "tumble/math/median.hpp"
 #include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/units/error.hpp"
@@ -28,6 +29,10 @@ namespace {
 constexpr std::size_t fewest_of_block_mean = 8;  ///< samples in each block, where there are enough
 
 constexpr std::size_t fewest_samples = 16;
+constexpr double median_of_steps = 0.9539;  ///< [1] sd of white noise: median size of the step from sample to sample
+/// [1] sd of the noise: chosen, noise whose tails are twice those of a normal one does not reach it twice in succession.
+constexpr double far_from_middle = 6.0;
+constexpr std::size_t fewest_far = 2;  ///< samples: a single one is an outlier
 constexpr std::size_t most_blocks = 16;
 
 std::string role_of(std::size_t output) {
@@ -60,11 +65,11 @@ std::size_t section_of(std::string label, const std::map<std::string, std::strin
   return static_cast<std::size_t>(std::ranges::find(labels(), label) - labels().begin());
 }
 
-/// Duration of sample i [s].
-double width(const Channel& channel, std::size_t i) {
-  if (channel.timeline.uniform()) return 1.0 / channel.timeline.rate;
-  const std::size_t n = channel.values.size();
-  return i + 1 < n ? channel.time(i + 1) - channel.time(i) : n > 1 ? channel.time(n - 1) - channel.time(n - 2) : 0.0;
+/// When a part ends [s] that no mark ends: with its last sample.
+double end_of_samples(const Channel& channel, std::size_t begin, std::size_t end) {
+  if (end - begin < 2) return end > begin ? channel.time(begin) : 0.0;
+  const auto intervals = static_cast<double>(end - begin - 1);
+  return channel.time(end - 1) + (channel.time(end - 1) - channel.time(begin)) / intervals;
 }
 
 /// Variance of block means times their length: that of a mean of n samples is this over n where blocks are longer than
@@ -104,26 +109,61 @@ void add_halves(const Channel& channel, std::size_t begin, std::size_t end, Halv
   ++halves.count;
 }
 
-void add_output(const Channel& channel, std::size_t begin, std::size_t end, std::size_t output, Section& section) {
-  double sum = 0.0, total = 0.0, time = 0.0, valid_time = 0.0;
+/// Samples at both ends that are far from those in the middle, by the scatter from sample to sample, which a motion in a part
+/// of the section does not change.
+Edges edges_in(const Channel& channel, std::size_t begin, std::size_t end) {
+  std::vector<double> values, steps;
+  for (std::size_t i = begin; i < end; ++i)
+    if (!std::isnan(channel.values[i])) values.push_back(channel.values[i]);
+  for (std::size_t i = 1; i < values.size(); ++i) steps.push_back(std::abs(values[i] - values[i - 1]));
+  if (values.size() < fewest_samples) return {};
+  const double middle = median(values), scatter = median(steps) / median_of_steps;
+  if (!(scatter > 0.0)) return {};  // steps of the converter hide it
+  const auto is_far = [&](double value) { return std::abs(value - middle) > far_from_middle * scatter; };
+  const auto leading = static_cast<std::size_t>(std::ranges::find_if_not(values, is_far) - values.begin());
+  std::ranges::reverse(values);
+  const auto trailing = static_cast<std::size_t>(std::ranges::find_if_not(values, is_far) - values.begin());
+  const double step = (channel.time(end - 1) - channel.time(begin)) / static_cast<double>(end - begin - 1);
+  const auto length = [&](std::size_t count) { return count < fewest_far ? 0.0 : static_cast<double>(count) * step; };
+  return {length(leading), length(trailing)};
+}
+
+/// What lies between two marks of a section, in one recording.
+struct Stretch {
+  double from, to;         ///< [s]
+  std::size_t begin, end;  ///< samples
+};
+
+void add_turned(const Channel& channel, const Stretch& stretch, std::size_t output, Section& section) {
+  const Turned turned = turned_in(channel, stretch.begin, stretch.end, stretch.from, stretch.to);
+  section.total[output] += turned.total;
+  section.bridged[output] += turned.variance;
+  section.longest_bridge = std::max(section.longest_bridge, turned.bridged);
+  section.ends[output] = ends_of(channel, stretch.begin, stretch.end);
+}
+
+void add_output(const Channel& channel, const Stretch& stretch, std::size_t output, Section& section) {
+  const auto [from, to, begin, end] = stretch;
+  double sum = 0.0;
   std::size_t valid = 0;
   for (std::size_t i = begin; i < end; ++i) {
-    const double v = channel.values[i], dt = width(channel, i);
-    time += dt;
+    const double v = channel.values[i];
     if (std::isnan(v)) continue;
     sum += v;
     section.least[output] = std::min(section.least[output], v);
     section.greatest[output] = std::max(section.greatest[output], v);
-    total += v * dt;
-    valid_time += dt;
     ++valid;
   }
   section.missing += end - begin - valid;
+  section.missing_of[output] += end - begin - valid;
   if (valid == 0) return;
   const auto before = static_cast<double>(section.samples), now = static_cast<double>(end - begin);
   section.mean[output] =
       (before * section.mean[output] + now * (sum / static_cast<double>(valid))) / std::max(before + now, 1.0);
-  section.total[output] += total * (time / valid_time);
+  add_turned(channel, stretch, output, section);
+  const Edges edges = edges_in(channel, begin, end);
+  section.edges.first = std::max(section.edges.first, edges.first);
+  section.edges.last = std::max(section.edges.last, edges.last);
   if (end - begin < fewest_samples) return;
   add_density(channel, begin, end, output, section);
   add_halves(channel, begin, end, section.halves[output]);
@@ -171,17 +211,18 @@ struct Reader {
   static void take_section(const std::array<const Channel*, outputs>& channels, std::size_t recording, double from,
                            double to, Section& section) {
     std::size_t samples = 0;
-    const double before = section.time;
+    double length = 0.0;
     for (std::size_t k = 0; k < outputs; ++k) {
       if (!channels[k]) continue;
       const auto [begin, end] = samples_between(*channels[k], from, to);
-      add_output(*channels[k], begin, end, k, section);
+      add_output(*channels[k], {from, to, begin, end}, k, section);
       if (k > 0) continue;
       samples = end - begin;
-      for (std::size_t i = begin; i < end; ++i) section.time += width(*channels[k], i);
+      length = (std::isfinite(to) ? to : end_of_samples(*channels[k], begin, end)) - from;
     }
     section.samples += samples;
-    section.pieces.push_back({recording, from, section.time - before});
+    section.time += length;
+    section.pieces.push_back({recording, from, length});
     ++section.parts;
   }
 
@@ -223,16 +264,51 @@ struct Reader {
     if (!out.channel[3].empty() && !out.gyros)
       out.findings.push_back({Finding::Severity::warning, "no_known_turns", {}});
     for (std::size_t s = 0; s < sections; ++s) check_samples(s);
+    if (out.gyros) about_bridges();
+    about_edges();
+  }
+
+  void about_bridges() {
+    for (std::size_t s = poses; s < sections; ++s)
+      if (const Section& turn = out.section[s]; turn.longest_bridge > 0.0) {
+        double most = 0.0;
+        for (std::size_t k = 3; k < outputs; ++k)
+          most = std::max(most, std::sqrt(turn.bridged[k]) / std::abs(out.section[s].total[s - poses + 3]));
+        out.findings.push_back({Finding::Severity::info,
+                                "turn_bridged",
+                                {{"length", turn.longest_bridge, "s"}, {"share", most, "%"}},
+                                labels()[s]});
+      }
+  }
+
+  /// Most poses begin or end with samples of what is beside them: the marks, or the stamps, are late or early.
+  void about_edges() {
+    std::vector<double> first, last;
+    std::string one_of_first, one_of_last;
+    const auto take_edge = [](double length, const std::string& label, std::vector<double>& all, std::string& one) {
+      if (!(length > 0.0)) return;
+      all.push_back(length);
+      if (one.empty()) one = label;
+    };
+    for (std::size_t p = 0; p < poses; ++p) {
+      take_edge(out.section[p].edges.first, labels()[p], first, one_of_first);
+      take_edge(out.section[p].edges.last, labels()[p], last, one_of_last);
+    }
+    const auto say_so = [&](const std::vector<double>& all, const char* code, const std::string& one) {
+      if (2 * all.size() >= poses)
+        out.findings.push_back({Finding::Severity::warning, code, {{"first", one}, {"shift", median(all), "s"}}});
+    };
+    say_so(first, "segments_begin_in_last", one_of_first);
+    say_so(last, "segments_end_in_next", one_of_last);
   }
 
   void check_samples(std::size_t s) {
     const Section& section = out.section[s];
     if (section.parts == 0 || (s >= poses && !out.gyros)) return;
-    const std::size_t measured = section.samples * (out.channel[3].empty() ? 3 : outputs);
     if (section.samples < fewest_samples)
       problems.push_back(say("section {} has {}: at least {} are needed", Name{labels()[s]},
                              said_count(section.samples, "sample"), fewest_samples));
-    else if (2 * section.missing > measured)
+    else if (2 * std::ranges::max(section.missing_of) > section.samples)
       problems.push_back(say("more than half of the samples of section {} are missing", Name{labels()[s]}));
     else if (section.missing > 0)
       out.findings.push_back({s < poses ? Finding::Severity::info : Finding::Severity::warning,

@@ -8,6 +8,7 @@
 
 #include "tumble/core/evidence.hpp"
 #include "tumble/methods/imu_ferraris/closed_form.hpp"
+#include "tumble/methods/imu_ferraris/turned.hpp"
 
 namespace tumble::imu_ferraris {
 
@@ -30,13 +31,23 @@ struct Halves {
   double count = 0.0;
 };
 
+/// For how long the samples at the beginning and at the end of a part differ from the others [s].
+struct Edges {
+  double first = 0.0, last = 0.0;
+};
+
 /// All sections of one label together.
 struct Section {
   std::size_t parts = 0, samples = 0, missing = 0;
   std::vector<Part> pieces;
-  double time = 0.0;                      ///< [s]
-  std::array<double, outputs> mean{};     ///< over all samples
-  std::array<double, outputs> total{};    ///< integral over time [output s], sum over the parts
+  double time = 0.0;                                   ///< [s]
+  std::array<double, outputs> mean{};                  ///< over all samples
+  std::array<double, outputs> total{};                 ///< integral over time [output s], sum over the parts
+  std::array<double, outputs> bridged{};               ///< variance of the total by missing samples [output^2 s^2]
+  double longest_bridge = 0.0;                         ///< [s] in which an output has no samples, over all parts
+  std::array<std::size_t, outputs> missing_of{};       ///< samples
+  std::array<std::array<TurnEnd, 2>, outputs> ends{};  ///< of the last part
+  Edges edges;                                         ///< of the part whose edges move for longest
   std::array<double, outputs> density{};  ///< variance of a mean times the number of samples, from means of blocks
   std::array<double, outputs> freedom{};  ///< degrees of freedom of the density
   std::array<Halves, outputs> halves{};

@@ -11,6 +11,7 @@
 #include "tumble/math/noise_model.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/symmetric_factor.hpp"
+#include "tumble/methods/imu_ferraris/turn_causes.hpp"
 #include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/linear/slow.hpp"
@@ -30,12 +31,6 @@ Vector3 lean(std::size_t axis, double first, double second) {
   const Vector3 leaning =
       unit_vector(axis) + first * unit_vector((axis + 1) % 3) + second * unit_vector((axis + 2) % 3);
   return (1.0 / norm(leaning)) * leaning - unit_vector(axis);
-}
-
-/// Variance of the mean of output k in a section.
-double variance(const Recorded& recorded, std::size_t section, std::size_t k) {
-  const auto& s = recorded.section[section];
-  return s.density[k] / static_cast<double>(s.samples);
 }
 
 Cause accelerometer_noise(const Recorded& recorded) {
@@ -69,6 +64,9 @@ double excess(const Means& means, const Recorded& recorded, const Vector3& slow 
   }
   return ratio;
 }
+
+/// [1] The means of three pairs, which one drift moves one after the other, are no three draws of it.
+constexpr double pairs_of_one_drift = 3.0;
 
 /// White noise of the gyros, and with `larger` the drift that the poses show: the variance in units of the noise.
 Cause gyro_noise(const Means& means, const Recorded& recorded, double larger, double freedom) {
@@ -249,7 +247,7 @@ void add_gyro_noise(const Settings& settings, const Means& means, const Calibrat
                     const Recorded& recorded, Findings& findings, std::vector<Cause>& all) {
   const double stated = linear::stated_bias_instability(settings, "gyro_");
   if (!(stated > 0.0)) {
-    all.push_back(gyro_noise(means, recorded, excess(means, recorded), 6.0));
+    all.push_back(gyro_noise(means, recorded, shown_variance(means, recorded), 6.0));
     return;
   }
   const double pairs = variance_of_pairs(recorded);
@@ -283,6 +281,16 @@ Squareness agreed(const Plan& plan, const Squareness& shown, Findings& findings)
 }
 
 }  // namespace
+
+double variance(const Recorded& recorded, std::size_t section, std::size_t k) {
+  const auto& s = recorded.section[section];
+  return s.density[k] / static_cast<double>(s.samples);
+}
+
+double shown_variance(const Means& means, const Recorded& recorded) {
+  const double ratio = excess(means, recorded);
+  return ratio > chi_square_quantile(exceeded_in_1000, 6.0) / 6.0 ? pairs_of_one_drift * ratio : ratio;
+}
 
 Known gravity_of(const Plan& plan) {
   Known known{standard_gravity, tumble::gravity_sd({}), {"gravity_unknown"}};
@@ -327,6 +335,7 @@ std::vector<Cause> causes(const Plan& plan, const Means& means, const Calibratio
   all.push_back(axes_of(calibration, stated ? settings.number("rotation_axis_sd") : square.sd,
                         stated ? infinite : square.freedom));
   all.push_back(angles_of(settings.number("rotation_angle_sd")));
+  add_turn_causes(means, calibration, recorded, all);
   all.push_back(earth_of(plan, calibration, means));
   return all;
 }

@@ -27,6 +27,12 @@ struct Squareness {
 };
 Squareness squareness(const Means& means, const Calibration& calibration, const Recorded& recorded);
 
+/// Variance [unit^2] of the mean of output k in a section, by its noise.
+double variance(const Recorded& recorded, std::size_t section, std::size_t k);
+/// The variance of the gyros in units of their noise [1]: as the pairs show it. A drift that they show beyond doubt is common to
+/// neighbours, and the mean of the three pairs has its whole variance.
+double shown_variance(const Means& means, const Recorded& recorded);
+
 /// One cause of error: independent errors z of these standard deviations, and their effect on the means.
 struct Cause {
   std::string name;

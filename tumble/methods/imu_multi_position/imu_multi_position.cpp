@@ -1,12 +1,17 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
 #include <limits>
+#include <string_view>
 
+#include "tumble/checks/check.hpp"
 #include "tumble/earth/earth.hpp"
 #include "tumble/language/say.hpp"
 #include "tumble/methods/imu_multi_position/describe.hpp"
 #include "tumble/methods/imu_multi_position/faults.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/rig_effects.hpp"
 #include "tumble/rigs/error_names.hpp"
@@ -128,6 +133,25 @@ double first_end(const Evidence& evidence) {
   return std::numeric_limits<double>::infinity();
 }
 
+/// Accelerometers whose steps are greater than their noise: each rest is off by a part of a step of its own, which the
+/// scatter between rests shows. The bias of a gyro is that of one rest.
+Findings about_rounding(const Evidence& evidence) {
+  const auto check = std::ranges::find(check_catalogue(), std::string_view("coarse_steps"), &Check::name);
+  Findings findings;
+  for (const Recording& recording : evidence.recordings)
+    for (const Finding& coarse : (*check)->run(recording, &evidence.plan))
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const Channel* channel = channel_for(evidence, recording, imu::role_of(imu::Kind::accelerometer, axis));
+        if (channel == nullptr || channel->name != coarse.where || channel->kind == QuantityKind::count) continue;
+        const FindingValue& step = coarse.values.front();
+        findings.push_back({Finding::Severity::info,
+                            "rests_show_rounding",
+                            {{"step", std::get<double>(step.value), step.unit}},
+                            coarse.where});
+      }
+  return findings;
+}
+
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "there is no recording to identify from");
   const Surroundings surroundings = surroundings_of(evidence.plan);
@@ -146,7 +170,9 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   const auto planned = planned_up(evidence.plan);
   if (planned && rests.all[fit.chain.front()].begin < first_end(evidence)) check_up(fit.direction.front(), *planned);
   report(progress, 0.9, "describing");
-  return describe(sessions, rests, fit, surroundings);
+  Estimate estimate = describe(sessions, rests, fit, surroundings);
+  std::ranges::move(about_rounding(evidence), std::back_inserter(estimate.findings));
+  return estimate;
 }
 
 }  // namespace

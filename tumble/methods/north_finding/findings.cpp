@@ -19,9 +19,10 @@ constexpr double no_earth_rate = 0.1, wrong_time_unit = 0.1, degrees_taken = 3.0
 constexpr double rate_differs_sd = 6.0;  ///< [sd] p = 2e-9
 /// [1] where nothing is stated of the scale factor. Chosen: beyond usual errors.
 constexpr double rate_differs_share = 0.02;
-/// Two tilts differ by [sd], by [rad] 20 arcsec of levels and mounts, and by [1] of the tilt; opposite within [1] of
-/// it.
-constexpr double tilts_differ_sd = 10.0, tilts_differ_angle = 1e-4, tilts_differ_share = 0.02, tilts_opposite = 0.2;
+/// Two tilts differ by [sd of one direction by both], four of their difference, p = 3e-4; and by [rad] 1 arcsec of what turns one
+/// of them alone; an error from [1] of the tilt on, as no scale factor is off by. Opposite within [1] of it.
+constexpr double tilts_differ_sd = 8.0, tilts_differ_angle = 5e-6, tilts_differ_share = 0.02, tilts_opposite = 0.2;
+constexpr double leans = 2e-3;  ///< [rad] 0.1 deg: a smaller tilt of the plan is an error of levelling
 /// Positions: with fewer any order fits; all pairs are tried.
 constexpr std::size_t fewest_to_order = 5, most_to_order = 200;
 /// Positions that do not follow the circle: [1] of the white variance, ten times its sd, and [1] of the Earth's rate,
@@ -83,6 +84,24 @@ std::optional<double> stated_size_sd(const Reduction& reduction) {
   return std::sqrt(variance);
 }
 
+/// Size of the horizontal rate that these outputs show [SI of the channel].
+double size_of(const Signal& signal, const std::vector<double>& outputs, const Setup& setup) {
+  const auto harmonics = harmonics_of(signal, outputs, setup.shown, setup.drift);
+  return std::hypot(harmonics.x, harmonics.y);
+}
+
+/// An angle in the wrong unit is named as such.
+void say_unit(double ratio, Findings& out) {
+  const bool degrees = std::abs(ratio - degrees_per_radian) < degrees_taken;
+  if (!degrees && !(std::abs(ratio - degree) < radians_taken)) return;
+  out.push_back({Severity::error,
+                 "unit_mistaken",
+                 {{"sensors", Phrase{"gyros"}},
+                  {"ratio", ratio},
+                  {"unit", degrees ? "deg/s" : "rad/s"},
+                  {"read_as", degrees ? "rad/s" : "deg/s"}}});
+}
+
 /// The size of the horizontal rate against w_ie cos(latitude): within six standard uncertainties of noise and of what
 /// is stated of scale factor and latitude; within 2 % where nothing is stated of the scale factor.
 void check_size(const Bench& bench, const Reduction& reduction, Findings& out) {
@@ -90,9 +109,8 @@ void check_size(const Bench& bench, const Reduction& reduction, Findings& out) {
   if (!setup.shown.both || contains(setup.free, gyro_scale)) return;
   const Signal& signal = bench.signals.front();
   const State& s = reduction.solution.state;
-  const auto measured = harmonics_of(signal, outputs_of(signal), setup.shown, setup.drift);
-  const auto model = harmonics_of(signal, modelled(signal, s), setup.shown, setup.drift);
-  const double size = std::hypot(measured.x, measured.y), expected = std::hypot(model.x, model.y);
+  const double size = size_of(signal, outputs_of(signal), setup),
+               expected = size_of(signal, modelled(signal, s), setup);
   const auto stated = stated_size_sd(reduction);
   const double sd = expected * std::hypot(std::sqrt(reduction.solution.covariance(0, 0)), stated.value_or(0.0));
   if (std::abs(size - expected) < std::max(rate_differs_sd * sd, stated ? 0.0 : rate_differs_share * expected)) return;
@@ -101,6 +119,38 @@ void check_size(const Bench& bench, const Reduction& reduction, Findings& out) {
                  {{"measured", size / s[gyro_scale], "deg/h"},
                   {"expected", expected / s[gyro_scale], "deg/h"},
                   {"suspicion", suspicion(size / expected)}}});
+  say_unit(size / expected, out);
+}
+
+/// Tilt [rad] along x and y of the base that the rig has by the plan.
+Vector3 planned_tilt(const Bench& bench, const Reduction& reduction) {
+  const State planned = set_up_prediction(bench, reduction.instrument).start;
+  const Vector3 up = directions_of(planned[azimuth], planned[pitch], planned[roll]).up;
+  return {up.x, up.y, 0.0};
+}
+
+/// Which of the two accelerometers it is: by the ratio of what they show, and where the plan says how the rig leans also by the
+/// direction. One that is reversed shows the opposite tilt; two that are exchanged show it a quarter turn apart, each to
+/// another side.
+void say_channels(Vector3 a, Vector3 b, Vector3 planned, Findings& out) {
+  const double ratio = norm(a) / norm(b);
+  for (const bool larger : {true, false})
+    if (const double times = larger ? ratio : 1.0 / ratio; std::abs(times / standard_gravity - 1.0) < wrong_time_unit)
+      out.push_back({Severity::error,
+                     "channel_unit_mistaken",
+                     {{"channel", role_of(larger ? accelerometer_x : accelerometer_y)},
+                      {"ratio", times},
+                      {"unit", "m/s^2"},
+                      {"read_as", "g"}}});
+  const double near = tilts_opposite * norm(planned);
+  if (norm(planned) < leans) return;
+  const Vector3 quarter{-planned.y, planned.x, 0.0};
+  if (norm(a + planned) < near && norm(b - planned) < near)
+    out.push_back({Severity::error, "accelerometer_reversed", {{"channel", role_of(accelerometer_x)}}});
+  if (norm(b + planned) < near && norm(a - planned) < near)
+    out.push_back({Severity::error, "accelerometer_reversed", {{"channel", role_of(accelerometer_y)}}});
+  if (std::min(norm(a - quarter) + norm(b + quarter), norm(a + quarter) + norm(b - quarter)) < 2.0 * near)
+    out.push_back({Severity::error, "accelerometers_exchanged", {}});
 }
 
 /// Both accelerometers show the same tilt; exchanged, reversed or turned the other way they show the opposite.
@@ -120,9 +170,10 @@ void check_accelerometers(const Bench& bench, const Reduction& reduction, Findin
   for (std::size_t k = 0; k < reduction.solution.free.size(); ++k)
     if (reduction.solution.free[k] == pitch) sd = std::sqrt(reduction.solution.covariance(k, k));
   const double difference = norm(a - b);
-  if (difference < std::max({tilts_differ_sd * sd, tilts_differ_angle, tilts_differ_share * norm(a)})) return;
+  if (difference < std::max(tilts_differ_sd * sd, tilts_differ_angle)) return;
   const bool opposite = norm(a + b) < tilts_opposite * difference;
-  out.push_back({Severity::error,
+  say_channels(a, b, planned_tilt(bench, reduction), out);
+  out.push_back({difference < tilts_differ_share * norm(a) ? Severity::warning : Severity::error,
                  opposite ? "opposite_tilts" : "different_tilts",
                  {{"x_along_x", a.x, "arcsec"},
                   {"x_along_y", a.y, "arcsec"},
@@ -279,6 +330,20 @@ void say_uncertain(const Bench& bench, const Reduction& reduction, bool predicte
 }
 
 }  // namespace
+
+std::optional<Finding> shown_by_another(const Bench& bench, const Reduction& reduction, const Bench& with_other,
+                                        const std::string& other) {
+  const auto& setup = reduction.setup;
+  const Signal &signal = bench.signals.front(), &of_other = with_other.signals.front();
+  if (!setup.shown.both || contains(setup.free, gyro_scale) || of_other.rows.size() != signal.rows.size()) return {};
+  const double expected = size_of(signal, modelled(signal, reduction.solution.state), setup);
+  const double size = size_of(of_other, outputs_of(of_other), setup);
+  // The azimuth of a gyro that shows no rate is any, and so is the part of the vertical rate across a table that leans.
+  const State& s = reduction.solution.state;
+  const double lean = std::acos(std::min(1.0, directions_of(s[azimuth], s[pitch], s[roll]).up.z));
+  if (std::abs(size / expected - 1.0) > rate_differs_share + 2.0 * lean * std::abs(std::tan(s[latitude]))) return {};
+  return Finding{Severity::error, "another_gyro_shows_rate", {{"channel", other}}};
+}
 
 Findings findings_of(const Bench& bench, const Reduction& reduction, bool predicted) {
   Findings out;

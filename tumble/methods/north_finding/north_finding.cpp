@@ -87,11 +87,34 @@ table::RecordedAngles recorded_angles(const Evidence& evidence, double settling,
   return second;
 }
 
+/// A gyro that misses the horizontal rate: whether a channel of the same kind, to which the plan gives no role, shows it.
+Findings about_other_gyros(const Evidence& evidence, const Bench& bench) {
+  const Plan& plan = *bench.plan;
+  const Reduction reduction = reduced(
+      bench,
+      plan.calibration.result ? identified_instrument(plan, bench.records) : nominal_instrument(plan, bench.records),
+      false);
+  const tumble::Channel& gyro = require_channel(evidence, evidence.recordings.front(), "gyro");
+  for (const tumble::Channel& other : evidence.recordings.front().channels) {
+    if (other.name == gyro.name || other.kind != gyro.kind || other.unit.dimension() != gyro.unit.dimension()) continue;
+    Evidence with_other = evidence;
+    with_other.plan.channels["gyro"] = {{other.name, std::nullopt}};
+    try {
+      if (const auto finding = shown_by_another(bench, reduction, bench_of(with_other), other.name)) return {*finding};
+    } catch (const Error&) {  // a channel that cannot be reduced is no gyro of this test
+    }
+  }
+  return {};
+}
+
 Estimate identify(const Evidence& evidence, const Progress&) {
   const auto& settings = evidence.plan.settings;
   const double tolerance = settings.number("angle_tolerance");
   const auto angles = recorded_angles(evidence, settings.number("settling"), tolerance);
-  Estimate estimate = answer(bench_of(angles.evidence), false);
+  const Bench bench = bench_of(angles.evidence);
+  Estimate estimate = answer(bench, false);
+  if (std::ranges::find(estimate.findings, "wrong_horizontal_rate", &Finding::code) != estimate.findings.end())
+    for (auto& finding : about_other_gyros(angles.evidence, bench)) estimate.findings.push_back(std::move(finding));
   estimate.findings.insert(estimate.findings.end(), angles.findings.begin(), angles.findings.end());
   if (!angles.stands.empty()) estimate.tables.push_back(table::angles_table(angles));
   return estimate;

@@ -314,12 +314,17 @@ TEST(NorthFinding, WrongEvidenceIsNamed) {
       for (double& v : channel(r, name).values) v = factor * v + offset;
     });
   };
-  EXPECT_TRUE(has_error(scaled("accelerometer_y", -1.0).findings, "opposite_tilts"));
-  EXPECT_TRUE(has_error(changed([](Recording& r) {
-                          std::swap(channel(r, "accelerometer_x").values, channel(r, "accelerometer_y").values);
-                        }).findings,
-                        "opposite_tilts"));
+  const auto reversed = scaled("accelerometer_y", -1.0).findings;
+  EXPECT_TRUE(has_error(reversed, "opposite_tilts"));
+  EXPECT_EQ(text_of(reversed, "accelerometer_reversed", "channel"), "accelerometer_y");
+  const auto swapped = [&](const char* one, const char* other) {
+    return changed([&](Recording& r) { std::swap(channel(r, one).values, channel(r, other).values); }).findings;
+  };
+  EXPECT_TRUE(has_error(swapped("accelerometer_x", "accelerometer_y"), "opposite_tilts"));
+  EXPECT_TRUE(has_error(swapped("accelerometer_x", "accelerometer_y"), "accelerometers_exchanged"));
   EXPECT_TRUE(has_error(scaled("accelerometer_x", 9.8).findings, "different_tilts"));
+  EXPECT_TRUE(has_error(scaled("accelerometer_x", 9.8).findings, "channel_unit_mistaken"));
+  EXPECT_TRUE(has_error(scaled("gyro_x", degree).findings, "unit_mistaken"));
   const auto per_minute = scaled("gyro_x", 60.0), locked_in = scaled("gyro_x", 1e-3, 1e-6);
   EXPECT_TRUE(has_error(per_minute.findings, "wrong_horizontal_rate"));
   EXPECT_EQ(text_of(per_minute.findings, "wrong_horizontal_rate", "suspicion"), "rate_in_wrong_time_unit");

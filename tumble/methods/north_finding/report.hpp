@@ -1,5 +1,8 @@
 #pragma once
 
+#include <optional>
+#include <string>
+
 #include "tumble/core/estimate.hpp"
 #include "tumble/methods/north_finding/solve.hpp"
 
@@ -26,6 +29,10 @@ Estimate described(const Bench& bench, const Reduction& reduction, const Reducti
 
 /// How the test may mislead, and what would mend it.
 Findings findings_of(const Bench& bench, const Reduction& reduction, bool predicted);
+
+/// Whether another channel shows the horizontal rate that the gyro does not: the two are exchanged.
+std::optional<Finding> shown_by_another(const Bench& bench, const Reduction& reduction, const Bench& with_other,
+                                        const std::string& other);
 
 /// An angle [rad] brought to between 0 and 2 pi.
 double wrapped(double angle);

@@ -154,10 +154,18 @@ std::vector<ErrorLine> lines_of(const Exposure& exposure, const vibration::Data&
                     [&](const Statistic& s, std::size_t) { return s.level * exposure.level_sd; }),
           in_common("gain of the reference", statistics, 1,
                     [&](const Statistic& s, std::size_t) { return s.gain * exposure.rms_sd; }),
-          in_common("scale factor", statistics, data.units.size(), [&](const Statistic& s, std::size_t unit) {
-            const auto slope = s.scale.find(unit);
-            return slope == s.scale.end() ? 0.0 : slope->second * data.units[unit].scale_relative_sd;
-          })};
+          in_common("scale factor", statistics, data.units.size(),
+                    [&](const Statistic& s, std::size_t unit) {
+                      const auto slope = s.scale.find(unit);
+                      return slope == s.scale.end() ? 0.0 : slope->second * data.units[unit].scale_relative_sd;
+                    }),
+          in_common("motion across the input axis", statistics, 2 * data.units.size(),
+                    [&](const Statistic& s, std::size_t error) {
+                      const auto slope = s.rest.find(error / 2);  // a mean at rest is subtracted from the mean shift
+                      return slope == s.rest.end()
+                                 ? 0.0
+                                 : -slope->second * exposure.across[error % 2] * exposure.rms * exposure.rms;
+                    })};
 }
 
 }  // namespace

@@ -124,7 +124,8 @@ struct Size {
 /// The spread over that of the vibration: of the reference, else as commanded.
 Size size_of(const Exposure& exposure, const Data& data, const Measured& unit, const Estimate& estimate) {
   const auto& under_test = data.units[unit.unit];
-  if (!unit.own.empty()) return {unit.reference_gain, std::hypot(exposure.gain_sd, under_test.scale_relative_sd), true};
+  if (!unit.own.empty())
+    return {unit.sense * unit.reference_gain, std::hypot(exposure.gain_sd, under_test.scale_relative_sd), true};
   const double expected =
       std::sqrt(window_variance(exposure.psd, exposure.window) * exposure.rms * exposure.rms / variance(exposure.psd) +
                 unit.rest.white + std::pow(counting_sd(exposure, data, unit), 2));

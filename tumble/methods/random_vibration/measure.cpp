@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "tumble/reduce/pulses/rounding.hpp"
 #include "tumble/reduce/rig_effects.hpp"
 #include "tumble/rigs/error_names.hpp"
+#include "tumble/units/constants.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::random_vibration {
@@ -180,6 +182,20 @@ void set_level(const Evidence& evidence, const Data& data, std::size_t recording
   exposure.from_reference = true;
 }
 
+/// Sense of the units' axes along the shake, by the rests of the plan; what moves across.
+void set_mounting(const Evidence& evidence, const Data& data, std::size_t recording, Exposure& exposure) {
+  const Plan& plan = plan_of(evidence, recording);
+  const double elevation = plan.rig.has("shake_elevation") ? plan.rig.number("shake_elevation") : half_pi;
+  for (Measured& unit : exposure.units) {
+    const double along = data.series[unit.series].rest * std::sin(elevation);
+    if (along < -vibration::along_input * standard_gravity) unit.sense = -1.0;
+  }
+  const std::array directions{error_names::cross_motion_y, error_names::cross_motion_z};
+  for (std::size_t k = 0; k < directions.size(); ++k)
+    exposure.across[k] = evidence.plan.settings.number("cross_coupling") *
+                         rig_sd(plan, directions[k]).value_or(vibration::usual_cross_motion);
+}
+
 void report_level(const Data& data, const Exposure& exposure, Findings& findings) {
   const std::vector<FindingValue> values{{"rms", exposure.rms, "g"}, {"uncertainty", exposure.rms_sd, "%"}};
   if (!exposure.from_reference)
@@ -285,6 +301,7 @@ std::vector<Exposure> exposures_of(const Evidence& evidence, const Data& data, F
     // One segment in several power-ups or recordings.
     if (times[label] > 1) exposure.label += fmt::format(" #{}", ++number[label]);
     exposure.prefix = groups.size() > 1 ? exposure.label + "." : "";
+    set_mounting(evidence, data, recording, exposure);
     set_level(evidence, data, recording, exposure, findings);
     report_level(data, exposure, findings);
     exposures.push_back(std::move(exposure));

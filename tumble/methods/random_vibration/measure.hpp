@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -35,6 +36,7 @@ struct Measured {
   double reference_gain = 0.0;  ///< of the unit against the reference
   double lowest = 0.0, highest = 0.0;
   std::size_t windows = 0;  ///< not missing
+  double sense = 1.0;       ///< -1: the input axis looks against the shake
   double per_force = 1.0;   ///< pulses of one window for one m/s^2; 1 where nothing is counted
 };
 
@@ -47,6 +49,9 @@ struct Exposure {
   double rms_sd = 0.0;                                          ///< relative
   double level_sd = 0.0;                                        ///< relative, of the vibration about the plan
   double gain_sd = 0.0;                                         ///< relative, of the reference's gain
+  /// [1/(m/s^2)] standard deviation of what motion across, coherent with the main motion, adds to the rectification of a unit:
+  /// K_ip and K_io times the share of the motion that is across, in both directions.
+  std::array<double, 2> across{};
   bool from_reference = false;
   std::vector<double> reference;  ///< [m/s^2] of each window, the first unit's; empty: none
   std::vector<double> weights;    ///< of all windows, that fade in and out; their sum is 1

@@ -199,9 +199,10 @@ TEST(RandomVibration, ClippingIsReported) {
 TEST(RandomVibration, RestOnOneSideOnlyAndNone) {
   Evidence evidence = trial(1).evidence;
   evidence.plan.schedule[2].axes["shake"] = evidence.plan.schedule[1].axes["shake"];
-  const Estimate e = identified(evidence);  // "after" is taken for a second vibration
+  const Estimate e = identified(evidence);  // "after" is planned as a second vibration, and is none
   EXPECT_NE(finding_of(e.findings, "rest_only_before"), nullptr);
-  EXPECT_NE(find_parameter(e, "random.accelerometer.pulse_error_mean"), nullptr);
+  EXPECT_NE(finding_of(e.findings, "vibration_absent"), nullptr);
+  EXPECT_NE(find_parameter(e, "accelerometer.pulse_error_mean"), nullptr);
   evidence.plan.schedule[0].axes["shake"] = evidence.plan.schedule[1].axes["shake"];
   const auto words = refusal(find_method("random_vibration"), evidence);
   EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.pattern = "no segment at rest"}, words));
@@ -213,6 +214,9 @@ TEST(RandomVibration, TwoPositionsSplitTheOrders) {
   Plan& plan = evidence.plan;
   plan.beside.clear();
   plan.settings.set_word("scale_factor", "2000 pulse/s/g");
+  plan.settings.set_number("cross_coupling", 0.0, Unit::parse("ug/g^2"));
+  plan.truth.set_number("cross_coupling_ip", 0.0, Unit::parse("ug/g^2"));
+  plan.truth.set_number("cross_coupling_io", 0.0, Unit::parse("ug/g^2"));
   const Schedule up = plan.schedule;
   for (Segment segment : up) {
     segment.label += " down";

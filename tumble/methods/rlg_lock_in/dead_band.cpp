@@ -209,6 +209,20 @@ DeadBand fit_dead_band(const Sweep& sweep, const DeadBandOptions& options) {
   return band;
 }
 
+BandRows rows_at(const Sweep& sweep, const DeadBandOptions& options, const DeadBand& band) {
+  std::vector<double> beats;
+  for (const auto& point : sweep.points) beats.push_back(band.sense * point.beat);
+  MixedData data = linearised(sweep, options, band.lock_in_rate > 0.0, band, beats);
+  BandRows rows{std::move(data.design), data.observations, {}};
+  for (std::size_t k = 0; k < rows.rates.size(); ++k) {
+    double variance = band.fit.white_variance / data.weights[k];
+    for (const KnownEffect& effect : data.effects)
+      if (effect.each_segment) variance += effect.column[k] * effect.column[k];
+    rows.variances.push_back(variance);
+  }
+  return rows;
+}
+
 DeadBand predict_dead_band(const Sweep& sweep, const DeadBandOptions& options, double scale_factor, double bias,
                            double lock_in_rate, double random_walk) {
   const bool locked = any_undithered(sweep);

@@ -44,6 +44,13 @@ struct DeadBand {
 /// Throws  Error::bad_data where the points do not show K, b and W_L
 DeadBand fit_dead_band(const Sweep& sweep, const DeadBandOptions& options);
 
+/// The rows of the fit at its values, and the variance of each [rad^2/s^2].
+struct BandRows {
+  Matrix design;  ///< columns 1/K, b, W_L
+  std::vector<double> rates, variances;
+};
+BandRows rows_at(const Sweep& sweep, const DeadBandOptions& options, const DeadBand& band);
+
 /// Uncertainties of the same fit before the test.
 ///
 /// Given  random_walk  N of the rate noise [rad/sqrt(s)]

@@ -3,6 +3,7 @@
 
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/rlg_lock_in/dead_band.hpp"
+#include "tumble/methods/rlg_lock_in/departures.hpp"
 #include "tumble/methods/rlg_lock_in/random_walk.hpp"
 #include "tumble/methods/rlg_lock_in/report.hpp"
 #include "tumble/models/lock_zones.hpp"
@@ -86,8 +87,17 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   if (any(sweep, false) || moving || !settings.has("scale_factor")) {
     answer.band = fit_dead_band(sweep, dead_band_options(settings));
     append_findings(sweep, *answer.band, settings.integer("edges"), answer.findings);
+    for (Finding& one : departures_of(sweep, dead_band_options(settings), *answer.band))
+      answer.findings.push_back(std::move(one));
   }
   if (any(sweep, true)) answer.walk = beat_walk(sweep);
+  if (answer.walk && !answer.walk->lines.empty())
+    answer.findings.push_back({Severity::warning,
+                               "dither_left_in_counts",
+                               {{"frequency", answer.walk->lines.front().frequency, "Hz"},
+                                {"amplitude", answer.walk->lines.front().amplitude, "pulse/s"}},
+                               "",
+                               {answer.walk->lines.size(), {}, {}}});
   Estimate estimate = estimate_of(answer, settings);
   if (answer.band) append_curves(sweep, *answer.band, estimate);
   report(progress, 1.0, "lock-in");

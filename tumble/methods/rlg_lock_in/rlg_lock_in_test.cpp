@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
+#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/rlg_lock_in/dead_band.hpp"
+#include "tumble/methods/rlg_lock_in/departures.hpp"
 #include "tumble/methods/rlg_lock_in/random_walk.hpp"
 #include "tumble/methods/rlg_lock_in/testing/trial.hpp"
 #include "tumble/methods/testing/answer.hpp"
@@ -213,6 +216,42 @@ TEST(RlgLockIn, SettingsOutsideTheirRangeAreRefused) {
   Evidence evidence = trial(1).evidence;
   evidence.plan.settings.set_integer("edges", 3);
   EXPECT_TRUE(refuses(Error::Kind::bad_input, Asked{.pattern = "edges = 3"}, [&] { method().identify(evidence, {}); }));
+}
+
+TEST(DeadBand, SaysHowTheSensesAndTheBiasDiffer) {
+  const double lock_in = si(0.1, "deg/s"), walk = 1e-4 * lock_in * std::sqrt(50.0);
+  const auto codes_of = [&](const std::function<void(Point&, std::size_t)>& change) {
+    std::vector<std::string> codes;
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+      Sweep sweep = exact_sweep(lock_in, 0.0, walk, seed);
+      for (std::size_t i = 0; i < sweep.points.size(); ++i) change(sweep.points[i], i);
+      for (const Finding& one : departures_of(sweep, {}, fit_dead_band(sweep, {}))) codes.push_back(one.code);
+    }
+    return codes;
+  };
+  const auto again = [&](Point& point, double rate) { point.beat = K * mean_output_rate({K, lock_in}, {}, rate); };
+  EXPECT_TRUE(codes_of([](Point&, std::size_t) {}).empty());
+  EXPECT_EQ(codes_of([&](Point& point, std::size_t) { point.beat *= point.beat > 0.0 ? 1.01 : 1.0; }),
+            std::vector<std::string>(10, "scale_factors_of_senses_differ"));
+  EXPECT_EQ(codes_of([&](Point& point, std::size_t i) { again(point, point.rate + (i < 12 ? 0.0 : 0.003 * lock_in)); }),
+            std::vector<std::string>(10, "bias_steps_in_sweep"));
+}
+
+// The dither that sampling leaves in the counts is a line, and not the random walk nor its absence.
+TEST(BeatWalk, SubtractsTheDitherThatIsLeft) {
+  Sweep sweep;
+  Point point{.label = "dithered", .dithered = true, .duration = 400.0, .sample_step = 0.01};
+  const double walk = 3.0;  // [fringe/sqrt(s)]
+  point.beats.assign(40000, 0.0);
+  RandomStream(3).normal(0, point.beats);
+  for (std::size_t i = 0; i < point.beats.size(); ++i)
+    point.beats[i] = walk * 10.0 * point.beats[i] + 400.0 * std::sin(0.17 * static_cast<double>(i));
+  sweep.points.push_back(point);
+  const BeatWalk found = beat_walk(sweep);
+  ASSERT_EQ(found.lines.size(), 1u);
+  EXPECT_NEAR(found.lines[0].frequency, 0.17 * 100.0 / (2.0 * std::numbers::pi), 1e-3);
+  EXPECT_NEAR(found.lines[0].amplitude, 400.0, 5.0);
+  EXPECT_NEAR(std::sqrt(found.squared) / walk, 1.0, 0.03);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@ namespace tumble::rlg_north_finder {
 namespace {
 
 constexpr double tilt_beyond_sd = 4.0;  ///< [sd] of tilt and prior: p = 6e-5
+constexpr double lost_sd = 3.0;         ///< [sd] of a scale factor, that the cosine of a misalignment takes from it
 
 /// Axes of the rig that the schedule turns.
 std::vector<std::string> axes_of(const Plan& plan) {
@@ -130,6 +131,25 @@ Findings tilt_faults(const Tilts& tilts, const Settings& rig) {
       findings.push_back({Finding::Severity::error,
                           "tilt_beyond_rig",
                           {{"tilt", tilt.name}, {"value", tilt.value, "arcsec"}, {"stated", tilt.prior, "arcsec"}}});
+  return findings;
+}
+
+Findings mounting_faults(const Estimate& estimate) {
+  Findings findings;
+  for (std::size_t p = 0; p < wanted().size(); ++p) {
+    if (p % per_output < 2) continue;  // the scale factor and the bias
+    const std::string scale_factor = wanted()[p / per_output * per_output].name;
+    const Parameter *angle = find_parameter(estimate, wanted()[p].name),
+                    *scale = find_parameter(estimate, scale_factor);
+    if (angle == nullptr || scale == nullptr) continue;
+    const double lost = 0.5 * angle->value * angle->value;
+    const auto j = static_cast<std::size_t>(scale - estimate.parameters.data());
+    if (lost > lost_sd * standard_uncertainty(estimate, j) / std::abs(scale->value))
+      findings.push_back({Finding::Severity::error,
+                          "misalignment_changes_scale_factor",
+                          {{"parameter", wanted()[p].name}, {"angle", angle->value, "deg"}, {"lost", lost, "ppm"}},
+                          scale_factor});
+  }
   return findings;
 }
 

@@ -19,4 +19,7 @@ Table tilts_table(const Tilts& tilts, const Settings& rig);
 /// A tilt far beyond what the rig states: its uncertainty is then no guide.
 Findings tilt_faults(const Tilts& tilts, const Settings& rig);
 
+/// Misalignments whose cosine takes more from a scale factor than its uncertainty: the body is not along the table.
+Findings mounting_faults(const Estimate& estimate);
+
 }  // namespace tumble::rlg_north_finder

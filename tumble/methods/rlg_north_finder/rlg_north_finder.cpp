@@ -121,6 +121,7 @@ Estimate answer(const Prepared& prepared) {
   append(count_faults(prepared.evidence, segments, estimate), estimate.findings);
   const Tilts tilts = tilts_by(prepared, problems, solution, values_of(estimate), local_gravity);
   append(tilt_faults(tilts, plan.rig), estimate.findings);
+  append(mounting_faults(estimate), estimate.findings);
   estimate.tables.push_back(positions_table(plan, segments));
   if (missing(path_of({segments[gyro].begin(), segments[gyro].end()}), Finding::Severity::error).empty()) {
     const auto squares = by_formulas(plan.settings) ? values_of(least_squares_estimate(solution)) : values_of(estimate);

@@ -456,6 +456,25 @@ TEST(RlgNorthFinder, AReversedGyroIsAnError) {
   EXPECT_FALSE(has_finding(trial_with({}).findings, "gyro_counts_down"));
 }
 
+/// A degree of misalignment takes 150 ppm from the scale factor by its cosine, which is known to less than 1 ppm.
+TEST(RlgNorthFinder, ABodyThatIsNotAlongTheTableIsAnError) {
+  const auto off =
+      trial_with([](Plan& plan) { plan.schedule.front().axes["mount_pitch"] = {.value = si(1.0, "deg")}; });
+  EXPECT_TRUE(has_error(off.findings, "misalignment_changes_scale_factor"));
+  EXPECT_FALSE(has_finding(trial_with({}).findings, "misalignment_changes_scale_factor"));
+}
+
+/// A table that needs 30 % longer for its turns than the plan says comes to rest after the segment.
+TEST(RlgNorthFinder, ATurnThatIsNotOverIsAnError) {
+  Evidence evidence;
+  evidence.plan = trial_plan(60.0, 2);
+  Plan slow = evidence.plan;
+  for (const char* option : {"outer_max_rate", "inner_max_rate"})
+    slow.rig.set_number(option, si(14.0, "deg/s"), Unit::parse("deg/s"));
+  evidence.recordings = {simulate(slow, 7, {})};
+  EXPECT_TRUE(has_error(answer(evidence).findings, "move_not_over"));
+}
+
 TEST(RlgNorthFinder, RecordedAnglesReplaceThePlan) {
   Evidence evidence;
   evidence.plan = trial_plan(60.0, 2);

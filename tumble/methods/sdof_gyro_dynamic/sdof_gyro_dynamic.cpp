@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "tumble/methods/linear_method.hpp"
 #include "tumble/reduce/sdof_gyro_support/gyro.hpp"
 
@@ -47,6 +49,21 @@ linear::Problem problem_of(const Settings& settings, const Channel* channel) {
   return problem;
 }
 
+/// K_I = I_IO/H is a product of inertia: of any body at most half the moment about the third axis, which a gimbal has much like
+/// that about O. An output that is late by T makes it K_I - T.
+void warn_of_a_lag(Estimate& estimate) {
+  constexpr double far = 3.0;  // [sd] beyond its uncertainty
+  const Parameter *lag = find_parameter(estimate, "K_I"), *inertia = find_parameter(estimate, "K_O");
+  if (!lag || !inertia) return;
+  const auto sd = [&](const Parameter* parameter) {
+    return standard_uncertainty(estimate, static_cast<std::size_t>(parameter - estimate.parameters.data()));
+  };
+  const double most = std::abs(inertia->value) + far * sd(inertia);
+  if (std::abs(lag->value) < most + far * sd(lag)) return;
+  estimate.findings.push_back(
+      {Finding::Severity::warning, "K_I_is_a_lag", {{"lag", -lag->value, "s"}, {"inertia", most, "s"}}});
+}
+
 void add_findings(const Settings& settings, Estimate& estimate) {
   const auto has = [&](const char* name) { return find_parameter(estimate, name) != nullptr; };
   if (has("K_I")) {
@@ -54,6 +71,7 @@ void add_findings(const Settings& settings, Estimate& estimate) {
     estimate.findings.push_back({known ? Finding::Severity::info : Finding::Severity::warning,
                                  known ? "K_I_rests_on_the_lag" : "K_I_holds_the_lag",
                                  {}});
+    if (known) warn_of_a_lag(estimate);
     for (auto& parameter : estimate.parameters)
       if (!known && parameter.name == "K_I") parameter.description += "; with the lag of the loop, K_I - D/k";
   }

@@ -31,6 +31,7 @@ linear::Problem problem_of(const Settings& settings, const Channel* channel) {
       problem.leave_out_first.emplace_back(name);
     }
   problem.columns = sdof_gyro_support::terms(names);
+  problem.condition_limit = linear::weakest_in_motion;  // on an arm, only its wobble tells D_S from D_F
   if (settings.flag("drift")) problem.columns.push_back(drift_rate());
   problem.advice = {"distinguish_static_drift"};
   return problem;

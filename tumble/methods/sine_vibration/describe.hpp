@@ -18,6 +18,11 @@ void add_tables(const vibration::Data& data, const Measured& measured, const std
 /// "up", "down", "level": how the input axis points. Given: rest, specific force along it at rest [m/s^2].
 std::string way_name(double rest);
 
+/// A finding where the reference shows another level than the plan, over all tones, by three standard deviations of both, unless a
+/// tone has one of its own.
+void compare_levels(const Evidence& evidence, const vibration::Data& data, const Measured& measured,
+                    Findings& findings);
+
 /// Findings on rests that contradict the stated scale factors. Given: estimate with its parameters.
 void report_rests(const Evidence& evidence, const vibration::Data& data, const Measured& measured, Estimate& estimate);
 

@@ -14,7 +14,7 @@ namespace {
 namespace names = error_names;
 
 /// Harmonics and motion across the shake of a shaker, over the shake [1], where the plan has no rig that gives them.
-constexpr double usual_distortion = 0.01, usual_cross_motion = 0.02;
+constexpr double usual_distortion = 0.01;
 
 /// Sources of one rectification as independent components.
 void add_fit(const Rectification& r, const std::vector<std::size_t>& at, Raw& raw) {
@@ -125,7 +125,7 @@ void add_motion(const Evidence& evidence, const Measured& measured, const std::v
   for (std::size_t k = 0; k < rectified.size(); ++k) {
     for (const char* direction : {names::cross_motion_y, names::cross_motion_z}) {
       const double sd =
-          settings.number("cross_coupling") * rig_sd(evidence.plan, direction).value_or(usual_cross_motion);
+          settings.number("cross_coupling") * rig_sd(evidence.plan, direction).value_or(vibration::usual_cross_motion);
       if (!(sd > 0.0)) continue;
       Component& component = raw.add("motion across the input axis");
       for (const auto& way : rectified[k].ways) component.shift[raw.coefficient[k][way.column]] = sd;

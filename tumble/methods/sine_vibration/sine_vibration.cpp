@@ -29,10 +29,6 @@ std::vector<Option> options() {
           .otherwise("auto")
           .says("terms of the mean shift: A^2 alone, or A^4 too; auto: A^4 too where the greatest level is "
                 "more than 1.5 times the least"));
-  options.push_back(quantity("cross_coupling", "ug/g^2")
-                        .at_least(0)
-                        .otherwise("20 ug/g^2")
-                        .says("size of K_ip and K_io, which rectify motion across the input axis"));
   options.push_back(quantity("third_order", "ug/g^3")
                         .at_least(0)
                         .otherwise("1 ug/g^3")
@@ -61,6 +57,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   Estimate estimate = describe(evidence, data, measured, rectified);
   if (!measured.reference) findings.push_back({Finding::Severity::info, "level_from_plan", {}});
   add_tables(data, measured, rectified, estimate);
+  compare_levels(evidence, data, measured, findings);
   report_rests(evidence, data, measured, estimate);
   report(progress, 1.0, "done");
   return finished(std::move(estimate), findings);

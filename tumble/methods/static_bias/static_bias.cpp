@@ -17,7 +17,11 @@
 #include "tumble/methods/static_bias/reference.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/even_signal.hpp"
+#include "tumble/reduce/lost_by_value.hpp"
 #include "tumble/reduce/output_model.hpp"
+#include "tumble/reduce/power_ups.hpp"
+#include "tumble/reduce/uneven_bias.hpp"
+#include "tumble/reduce/zeros.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::static_bias {
@@ -69,13 +73,17 @@ RunBias analyse(const ChannelRun& stretch, const Settings& settings) {
   RunBias run;
   run.label = stretch.label;
   try {
-    const EvenSignal signal =
+    EvenSignal signal =
         even_signal(stretch, settings.has("rate") ? settings.number("rate") : 0.0, settings.word("timing"));
     run.findings = signal.findings;
+    for (Finding& one : take_zeros_out(signal, stretch.label)) run.findings.push_back(std::move(one));
     run.failure = unusable(signal);
     if (!run.failure.empty()) return run;
-    const Findings disturbed = disturbances(signal, stretch.label);
-    run.findings.insert(run.findings.end(), disturbed.begin(), disturbed.end());
+    const std::string unit = stretch.channel->kind == QuantityKind::angular_rate ? "deg/h" : "ug";
+    for (const Findings& some :
+         {disturbances(signal, stretch.label), lost_by_value(signal.values, stretch.label),
+          uneven_bias(NoiseBands(signal.values), signal.begin, signal.rate, unit, stretch.label)})
+      run.findings.insert(run.findings.end(), some.begin(), some.end());
     run.rate = signal.rate;
     run.samples = signal.values.size();
     run.mean = mean_of(signal.values);
@@ -236,15 +244,30 @@ std::vector<RunBias> analyse_runs(const Evidence& evidence, const std::vector<Ch
   return usable;
 }
 
-/// The bias with its variance: of a single run from its noise since power-on, of several from their scatter.
+/// What differs from power-up to power-up otherwise than by chance.
+Findings between_runs(const std::vector<RunBias>& runs, const WithinRuns& within, const Unit& unit) {
+  std::vector<PowerUpValue> powers;
+  Matrix constant(runs.size(), 1);
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    powers.push_back({runs[k].label, runs[k].mean, within.variance});
+    constant(k, 0) = 1.0;
+  }
+  return uneven_power_ups(powers, constant, unit);
+}
+
+/// The bias with its variance: of a single run from its noise since power-on, of several from their scatter. Their
+/// scatter is by chance less than the noise within each of them; the variance of the bias is not.
 void add_bias(const std::vector<RunBias>& runs, const WithinRuns& within, double along, Builder& builder) {
   const auto count = static_cast<double>(runs.size());
   double mean = 0.0, between = 0.0;
   for (const auto& run : runs) mean += run.mean / count;
   for (const auto& run : runs) between += (run.mean - mean) * (run.mean - mean) / std::max(1.0, count - 1.0);
   if (runs.size() > 1) {
-    builder.add("bias", "b", mean - along, count - 1.0, between / count, "mean of the power-ups");
+    builder.add("bias", "b", mean - along, count - 1.0, std::max(between, within.variance) / count,
+                "mean of the power-ups");
     add_repeatability(runs, between, within, builder);
+    const Findings uneven = between_runs(runs, within, builder.unit);
+    builder.estimate.findings.insert(builder.estimate.findings.end(), uneven.begin(), uneven.end());
     return;
   }
   const double infinity = std::numeric_limits<double>::infinity();

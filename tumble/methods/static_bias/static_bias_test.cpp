@@ -239,6 +239,30 @@ TEST(StaticBias, NamesTheFileOfEachPowerUp) {
   EXPECT_EQ(std::get<std::string>(runs.rows[1].back()), "tuesday.csv");
 }
 
+// Two power-ups whose means agree by chance: what each of them does not know of its mean remains.
+TEST(StaticBias, TheBiasOfSeveralIsKnownNoBetterThanTheirNoise) {
+  const NoiseModel noise{.angle_random_walk = 1.0};
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    Evidence evidence = at_rest(noise, 0.0, 2000, 2 * seed);
+    evidence.recordings.push_back(at_rest(noise, 0.0, 2000, 2 * seed + 1).recordings[0]);
+    const auto estimate = find_method("static_bias").identify(evidence, {});
+    EXPECT_GT(standard_uncertainty(estimate, 0), 0.9 / std::sqrt(2.0 * 2000.0)) << seed;
+  }
+}
+
+TEST(StaticBias, SaysWhichPowerUpIsUnlikeTheOthersAndWhereItSteps) {
+  const NoiseModel noise{.angle_random_walk = 1.0};
+  Evidence evidence = at_rest(noise, 0.0, 2000, 1);
+  for (std::uint64_t seed = 2; seed <= 8; ++seed)
+    evidence.recordings.push_back(at_rest(noise, seed == 5 ? 1.0 : 0.0, 2000, seed).recordings[0]);
+  const auto outlying = find_method("static_bias").identify(evidence, {});
+  EXPECT_TRUE(has_finding(outlying.findings, "power_up_differs"));
+  EXPECT_FALSE(has_finding(outlying.findings, "bias_jumps"));
+  auto& values = evidence.recordings[2].channels[0].values;
+  for (std::size_t i = 900; i < values.size(); ++i) values[i] += 3.0;
+  EXPECT_TRUE(has_finding(find_method("static_bias").identify(evidence, {}).findings, "bias_jumps"));
+}
+
 TEST(StaticBias, AsksWhichOfSeveralChannelsIsMeant) {
   auto evidence = at_rest({.angle_random_walk = 1.0}, 0.0, 2000, 1);
   evidence.recordings[0].channels.push_back(evidence.recordings[0].channels[0]);

@@ -56,6 +56,8 @@ constexpr double much_better = 5.0;
 /// Standard deviations of a segment, and [1] of its output, by which it shows less than the others predict. Chosen: far
 /// beyond noise; below 1e-3 of the output terms that the model lacks can do the same.
 constexpr double lacking_sd = 20.0, lacking_share = 1e-3;
+/// [pulses] a window, which a counter shows, and [rms residuals of the others], of a position that counts nothing.
+constexpr double least_pulses = 2.0, lacking_rms = 5.0;
 
 /// The pose of every segment of a plan.
 std::vector<Pose> poses_of(const Plan& plan) {
@@ -166,6 +168,31 @@ std::vector<std::string> clipped(const Solution& solution, double sign) {
   std::vector<std::string> labels;
   for (const auto* s : extreme) labels.push_back(s->label);
   return labels;
+}
+
+/// Positions near level that count nothing throughout, where the others predict pulses: a dead band.
+Findings about_nothing_near_level(const Normalised& fit) {
+  if (!fit.output.pulses || std::isnan(fit.solution.segments.front().measured)) return {};
+  const auto& segments = fit.solution.segments;
+  std::vector<std::size_t> nothing;
+  for (std::size_t i = 0; i < segments.size(); ++i)
+    if (segments[i].measured == 0.0) nothing.push_back(i);
+  const Fit others = Means(fit.solution).without(nothing);
+  if (nothing.empty() || !others.determined) return {};
+  double most = 0.0;
+  std::vector<std::string> labels;
+  for (std::size_t k = 0; k < nothing.size(); ++k) {
+    const double predicted = std::abs(others.predicted[k]);
+    if (!(predicted > least_pulses * std::abs(fit.problem.scale)) || !(predicted > lacking_rms * others.rms)) continue;
+    labels.push_back(segments[nothing[k]].label);
+    most = std::max(most, predicted);
+  }
+  if (labels.empty()) return {};
+  return {{Finding::Severity::error,
+           "nothing_near_level",
+           {{"segments", quoted(labels, labels.size())}, {"output", most, "g"}},
+           "",
+           {labels.size()}}};
 }
 
 /// Segments at the greatest and least specific force that show less than the others predict, which agree much better
@@ -362,9 +389,9 @@ Findings about_signs(const Estimate& estimate, const Settings& settings, const O
 }  // namespace
 
 void add_faults(const Evidence& evidence, const Normalised& fit, Estimate& estimate) {
-  for (const Findings& findings :
-       {about_unsettled(evidence, fit), about_limits(evidence, fit), about_misplaced(fit.solution),
-        about_signs(estimate, evidence.plan.settings, fit.output), about_sizes(estimate)})
+  for (const Findings& findings : {about_unsettled(evidence, fit), about_limits(evidence, fit),
+                                   about_nothing_near_level(fit), about_misplaced(fit.solution),
+                                   about_signs(estimate, evidence.plan.settings, fit.output), about_sizes(estimate)})
     estimate.findings.insert(estimate.findings.end(), findings.begin(), findings.end());
 }
 

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "tumble/math/median.hpp"
+#include "tumble/reduce/mistaken_unit.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble::imu {
@@ -13,7 +14,8 @@ namespace {
 /// [1] of the greatest input: ranges whose ends differ by less are even about zero, and reach the half of it on each
 /// axis.
 constexpr double even_range = 0.1, reached_range = 0.5;
-constexpr double looks_like_unit = 0.15;  ///< [1] within which a size is that of a mistaken unit
+/// [1] Logarithm within which two channels are of one size: chosen, far from any ratio of units.
+constexpr double others_agree = 0.35;
 
 constexpr std::array<std::array<std::size_t, 3>, 6> permutations{
     {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
@@ -194,36 +196,35 @@ Findings about_directions(Kind kind, const AxesSeen& axes, const std::array<std:
   return {{error, right_handed ? "axes_turned" : "axes_mirrored", std::move(values)}};
 }
 
-/// A unit in which data of another unit are read, by their ratio.
-struct MistakenUnit {
-  double ratio;
-  const char *of, *read_as;
-};
+/// One channel that is larger or smaller than the two others by the ratio of two units, while they agree.
+Findings about_one_unit(Kind kind, const AxesSeen& axes, const std::array<std::string, 3>& names) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto [j, k] = other_axes(i);
+    const double one = std::abs(axes.ratio[i]), others = std::sqrt(std::abs(axes.ratio[j] * axes.ratio[k]));
+    if (!(std::abs(std::log(std::abs(axes.ratio[j] / axes.ratio[k]))) < others_agree)) continue;
+    const double ratio = one / others;
+    if (const auto unit = kind == Kind::gyro ? mistaken_unit_of_rate(ratio) : mistaken_unit_of_force(ratio))
+      return {{error,
+               "channel_unit_mistaken",
+               {{"channel", names[i]}, {"ratio", ratio}, {"unit", unit->of}, {"read_as", unit->read_as}}}};
+  }
+  return {};
+}
 
 Findings about_units(Kind kind, const AxesSeen& axes) {
-  constexpr double g = standard_gravity;
-  static constexpr MistakenUnit rates[] = {{degrees_per_radian, "deg/s", "rad/s"},
-                                           {1.0 / degrees_per_radian, "rad/s", "deg/s"},
-                                           {hour, "deg/h", "deg/s"},
-                                           {1.0 / hour, "deg/s", "deg/h"},
-                                           {1e3, "mrad/s, mdeg/s", "rad/s, deg/s"},
-                                           {1e-3, "rad/s, deg/s", "mrad/s, mdeg/s"}};
-  static constexpr MistakenUnit forces[] = {
-      {g, "m/s^2", "g"}, {1.0 / g, "g", "m/s^2"}, {1e3, "mg", "g"}, {1e-3, "g", "mg"}};
   std::vector<double> sizes;
   for (const double ratio : axes.ratio)
     if (!std::isnan(ratio)) sizes.push_back(std::abs(ratio));
   if (sizes.empty()) return {};
   const double size = median(sizes);
   const bool gyro = kind == Kind::gyro;
-  for (const auto& unit : gyro ? std::span<const MistakenUnit>(rates) : std::span<const MistakenUnit>(forces))
-    if (std::abs(size / unit.ratio - 1.0) < looks_like_unit)
-      return {{error,
-               "unit_mistaken",
-               {{"sensors", Phrase{gyro ? "gyros" : "accelerometers"}},
-                {"ratio", size},
-                {"unit", unit.of},
-                {"read_as", unit.read_as}}}};
+  if (const auto unit = gyro ? mistaken_unit_of_rate(size) : mistaken_unit_of_force(size))
+    return {{error,
+             "unit_mistaken",
+             {{"sensors", Phrase{gyro ? "gyros" : "accelerometers"}},
+              {"ratio", size},
+              {"unit", unit->of},
+              {"read_as", unit->read_as}}}};
   if (size > 0.5 && size < 2.0) return {};
   return {{error, "scale_mistaken", {{"sensors", Phrase{gyro ? "gyros" : "accelerometers"}}, {"ratio", size}}}};
 }
@@ -233,6 +234,7 @@ Findings about_units(Kind kind, const AxesSeen& axes) {
 Findings about_axes(Kind kind, const AxesSeen& axes, const std::array<std::string, 3>& channels) {
   Findings findings = about_directions(kind, axes, names_of(kind, channels));
   std::ranges::move(about_units(kind, axes), std::back_inserter(findings));
+  std::ranges::move(about_one_unit(kind, axes, names_of(kind, channels)), std::back_inserter(findings));
   return findings;
 }
 

@@ -56,6 +56,15 @@ TEST(AxesCheck, NamesExchangedAndReversedAxes) {
   EXPECT_EQ(name_in(mirrored, "axes_mirrored", "axis_y"), "-z");
 }
 
+TEST(AxesCheck, NamesOneChannelInAnotherUnit) {
+  const auto in_g = about(Kind::accelerometer, faces, shown_by(faces, {0, 1, 2}, {1, 1.0 / 9.80, 1}));
+  EXPECT_EQ(name_in(in_g, "channel_unit_mistaken", "channel"), "accelerometer_y");
+  EXPECT_EQ(name_in(in_g, "channel_unit_mistaken", "read_as"), "m/s^2");
+  const auto degrees = about(Kind::gyro, faces, shown_by(faces, {0, 1, 2}, {1, 1, 57.3}));
+  EXPECT_EQ(name_in(degrees, "channel_unit_mistaken", "channel"), "gyro_z");
+  EXPECT_EQ(name_in(degrees, "channel_unit_mistaken", "unit"), "deg/s");
+}
+
 TEST(AxesCheck, NamesTheSignOfGravityAndUnits) {
   const auto sign = about(Kind::accelerometer, faces, shown_by(faces, {0, 1, 2}, {-1, -1, -1}));
   ASSERT_EQ(sign.size(), 1u);

@@ -9,6 +9,8 @@
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/reduce/coarse_output.hpp"
+#include "tumble/reduce/linear/missing.hpp"
+#include "tumble/reduce/linear/rest_noise.hpp"
 #include "tumble/reduce/linear/rows.hpp"
 #include "tumble/reduce/linear/slow.hpp"
 #include "tumble/reduce/linear/words.hpp"
@@ -218,9 +220,12 @@ void finish(const Evidence& evidence, const Problem& problem, Work& work) {
   solution.observations = work.rows.weights.size();
   set_fitted(work, solution.fit.fitted);
   solution.drift_sd = shift_sd(drift_source, data.slow, solution.fit.slow_variance);
-  warn_of_excess(problem, shift_sd(stated_source, data.slow, solution.fit.slow_variance), solution);
+  warn_of_excess(problem, shift_sd(stated_source, data.slow, solution.fit.slow_variance), data.effects, solution);
   describe_dropped(problem, solution);
   warn_of_lack_of_fit(problem, work);
+  warn_of_begins(problem, work);
+  warn_of_motion(problem, work);
+  warn_of_missing_terms(problem, work);
 }
 
 void finish(const Problem& problem, const Truth& truth, Work& work) {

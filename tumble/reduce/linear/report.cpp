@@ -82,13 +82,27 @@ void warn_of_misfit(const Solution& solution, const std::string& channel_unit, F
                       {{"difference", solution.drift_sd, channel_unit}, {"times", solution.drift_sd / usual}}});
 }
 
-void warn_of_excess(const Problem& problem, double stated, Solution& solution) {
+namespace {
+
+/// Mean square [u^2] of what is drawn anew for each segment: positions move their outputs apart as a drift does.
+double variance_of_positions(const std::vector<KnownEffect>& effects) {
+  double sum = 0.0;
+  for (const KnownEffect& effect : effects)
+    if (effect.each_segment && !effect.column.empty())
+      for (const double shift : effect.column) sum += shift * shift / static_cast<double>(effect.column.size());
+  return sum;
+}
+
+}  // namespace
+
+void warn_of_excess(const Problem& problem, double stated, const std::vector<KnownEffect>& effects,
+                    Solution& solution) {
   if (!(stated > 0.0)) return;
   const std::size_t segments = solution.segments.size(), columns = solution.columns.size();
   const double freedom = segments > columns ? static_cast<double>(segments - columns) : 1.0;
   std::vector<double> noise;
   for (const auto& segment : solution.segments) noise.push_back(segment.sd);
-  const double expected = std::hypot(stated, median(noise));
+  const double expected = std::hypot(stated, median(noise), std::sqrt(variance_of_positions(effects)));
   const double times = std::hypot(solution.drift_sd, expected) / expected;
   // seldom where the statement is right: what else moves segments counts as well
   if (times * times < std::max(drift_over_stated, chi_square_quantile(exceeded_in_10000, freedom) / freedom)) return;

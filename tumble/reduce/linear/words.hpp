@@ -20,9 +20,11 @@ struct Work;
 /// hold: only its shape counts, not its size. Findings go into the work's solution.
 void warn_of_lack_of_fit(const Problem& problem, Work& work);
 
-/// Where the segments differ by more than the bias instability that was stated.
+/// Where the segments differ by more than the bias instability that was stated, and the errors of the rig that are drawn
+/// anew for each segment, let expect.
 ///
-/// Given     stated   rms of what it does to a segment [SI of the output]
-void warn_of_excess(const Problem& problem, double stated, Solution& solution);
+/// Given     stated    rms of what the instability does to a segment [SI of the output]
+///           effects   known ones of the fit
+void warn_of_excess(const Problem& problem, double stated, const std::vector<KnownEffect>& effects, Solution& solution);
 
 }  // namespace tumble::linear

@@ -29,14 +29,6 @@ double step_of(const Channel& channel) {
 
 }  // namespace
 
-std::vector<double> settled_after(const std::vector<PowerUp>& power_ups) {
-  std::vector<double> after;
-  for (const auto& power_up : power_ups)
-    for (std::size_t s = 0; s < power_up.rig.segments.size(); ++s)
-      after.push_back(settled_at(power_up, s) - power_up.begins[s]);
-  return after;
-}
-
 std::vector<PlacedSegment> places_of(const std::vector<MarkedSegment>& marks, const std::vector<double>& settled) {
   std::vector<PlacedSegment> places;
   for (const auto& marked : marks)

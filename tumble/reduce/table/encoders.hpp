@@ -16,9 +16,6 @@ struct PlacedSegment {
   double begin = 0.0, settled = 0.0, end = 0.0;
 };
 
-/// When every segment of a schedule has settled, after its own beginning [s].
-std::vector<double> settled_after(const std::vector<PowerUp>& power_ups);
-
 /// Where the segments of the plan are in a recording. A run that the schedule lacks has no planned angles.
 /// Given: settled [s] after the beginning of each segment of the schedule.
 std::vector<PlacedSegment> places_of(const std::vector<MarkedSegment>& marks, const std::vector<double>& settled);

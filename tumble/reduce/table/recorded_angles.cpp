@@ -7,8 +7,10 @@
 
 #include "tumble/clocks/stamp_slack.hpp"
 #include "tumble/core/columns.hpp"
+#include "tumble/reduce/order_of_marks.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/reduce/table/encoders.hpp"
+#include "tumble/reduce/table/kept_motion.hpp"
 #include "tumble/rigs/rig.hpp"
 #include "tumble/units/constants.hpp"
 
@@ -19,7 +21,9 @@ using Kind = Motion::Kind;
 using Severity = Finding::Severity;
 constexpr double drift_of_tolerance = 0.02;  ///< [1] of the tolerance, below which a drift is no finding
 
-constexpr double significant = 6.0;  ///< standard deviations
+constexpr double significant = 6.0;            ///< standard deviations
+constexpr double arrived = 20.0 * arcsecond;   ///< [rad] by which an axis that has arrived creeps
+constexpr double still_moving = 0.1 * degree;  ///< [rad] between two readings
 
 struct Mean {
   double value = 0.0, sd = 0.0;
@@ -48,6 +52,15 @@ Mean mean_of(const Channel& channel, std::size_t from, std::size_t to, double co
   return mean;
 }
 
+/// The first of the readings before `end` that are as the last one: a move may take longer than the plan says.
+std::size_t end_of_move(const Encoder& encoder, std::size_t begin, std::size_t end) {
+  const auto& values = encoder.channel->values;
+  if (end == 0 || std::isnan(values[end - 1])) return end == 0 ? 0 : end - 1;
+  std::size_t first = end - 1;
+  while (first > begin && !(std::abs(values[first - 1] - values[end - 1]) > arrived + 3.0 * encoder.step)) --first;
+  return first;
+}
+
 /// Where the axis stood in each segment; a rest without a reading is skipped.
 std::vector<Stand> stands_of(const Plan& plan, std::size_t recording, const Encoder& encoder,
                              const std::vector<PlacedSegment>& places, double settling) {
@@ -62,10 +75,11 @@ std::vector<Stand> stands_of(const Plan& plan, std::size_t recording, const Enco
     const bool slews = motion != nullptr && motion->kind == Kind::slew;
     const double step = 1.0 / mean_rate(channel), slack = stamp_slack(place.end, step);
     if (place.begin > channel.time(channel.values.size() - 1) + slack) continue;  // the recording ends before
-    std::size_t from = index_at(channel, place.settled + (slews ? 0.0 : settling) - slack);
+    const Kept kept = slews ? Kept{place.settled, place.end} : kept_motion(encoder, motion, place.settled, place.end);
     // the last reading of which the interval ends with the segment: the next one holds a part of the next motion
-    const std::size_t end = index_at(channel, place.end - step + slack);
-    if (slews && from >= end && end > 0) from = end - 1;
+    const std::size_t end = index_at(channel, kept.until - step + slack);
+    std::size_t from = index_at(channel, kept.from + (slews ? 0.0 : settling) - slack);
+    if (slews) from = std::max(from, end_of_move(encoder, index_at(channel, place.begin), end));
     const auto mean = [&](std::size_t a, std::size_t b) {
       return mean_of(channel, a, b, command, encoder.counts_turns, encoder.step);
     };
@@ -77,6 +91,8 @@ std::vector<Stand> stands_of(const Plan& plan, std::size_t recording, const Enco
       stand.drift = second.value - first.value;
       stand.drift_sd = std::hypot(first.sd, second.sd);
     }
+    if (slews && end > 1 && place.settled + 2.0 * step < place.end)
+      stand.moving = std::abs(channel.values[end - 1] - channel.values[end - 2]) > still_moving;
     stands.push_back(stand);
   }
   return stands;
@@ -117,7 +133,9 @@ void replace_repeatability(const std::vector<Stand>& stands, const std::vector<s
 
 void judge(const std::vector<Stand>& stands, double tolerance, Findings& findings) {
   for (const auto& stand : stands)
-    if (std::abs(stand.drift) > std::max(significant * stand.drift_sd, drift_of_tolerance * tolerance))
+    if (stand.moving) findings.push_back({Severity::error, "move_not_over", {{"axis", stand.axis}}, stand.label});
+  for (const auto& stand : stands)
+    if (!stand.moving && std::abs(stand.drift) > std::max(significant * stand.drift_sd, drift_of_tolerance * tolerance))
       findings.push_back(
           {Severity::error, "axis_not_at_rest", {{"axis", stand.axis}, {"drift", stand.drift, "arcsec"}}, stand.label});
   Occurrences off{0, {}, {}};
@@ -188,14 +206,14 @@ std::vector<double> commands_of(const Schedule& schedule, const std::string& axi
 RecordedAngles with_recorded_angles(const Evidence& evidence, double settling, double tolerance) {
   RecordedAngles out{evidence, {}, {}, {}};
   std::map<const Plan*, std::vector<Stand>> by_plan;
-  std::map<const Plan*, std::vector<double>> settled;
+  ConductedTests tests;
   const auto marks = marked_segments(evidence);
   for (std::size_t r = 0; r < evidence.recordings.size(); ++r) {
     const Plan& plan = plan_of(evidence, r);
     if (plan.rig_kind.empty() || plan.schedule.empty()) continue;
-    if (!settled.contains(&plan)) settled[&plan] = settled_after(power_ups_of(plan, 1.0));
     const bool alone = recorded_alone(evidence, r);
-    const auto places = places_of(marks[r], alone ? std::vector(plan.schedule.size(), 0.0) : settled[&plan]);
+    const auto settled = settled_after(tests.of(plan, marks[r], alone));
+    const auto places = places_of(marks[r], alone ? std::vector(plan.schedule.size(), 0.0) : settled);
     for (const auto& encoder : encoders_of(evidence, r)) {
       if (std::ranges::find(out.axes, encoder.axis) == out.axes.end()) out.axes.push_back(encoder.axis);
       judge_times(plan, encoder, places, out.findings);

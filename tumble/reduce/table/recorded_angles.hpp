@@ -20,6 +20,7 @@ struct Stand {
   double sd = 0.0;         ///< [rad] of the mean, by the scatter and the step of the readings
   double drift = 0.0;      ///< [rad] second half of the rest minus the first
   double drift_sd = 0.0;   ///< [rad] by the scatter and the step of the readings
+  bool moving = false;     ///< at the end of its move, where the plan has it at rest
 };
 
 struct RecordedAngles {
@@ -34,8 +35,9 @@ struct RecordedAngles {
 
 /// Channels called <axis>_angle (or named for such a role in [channels]) replace what the plan commands.
 ///
-/// A rest begins `settling` after its axes have settled by the plan and ends with the segment; after a slew it is the
-/// remainder of the segment, or else the last reading. Readings that do not count turns are taken nearest to the
+/// A rest begins `settling` after its axes have settled, by the plan and by the encoder, and ends with the segment or when the
+/// encoder shows the next move; after a slew it is the remainder of the segment in which the readings are as the last
+/// one, or else the last reading. A slew that is not over in its segment is an error. Readings that do not count turns are taken nearest to the
 /// command. Where they count turns, a finding names a slew that passes its middle at another time than the plan says:
 /// the turn of the Earth on the way is calculated from the plan.
 ///

@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "tumble/core/testing/asserts.hpp"
 #include "tumble/reduce/testing/trial_plan.hpp"
 #include "tumble/sim/simulate.hpp"
 #include "tumble/units/constants.hpp"
@@ -129,10 +130,89 @@ TEST(RecordedTurns, WhatTheRigsErrorsExplainRemainsAsPlanned) {
   }
 }
 
-TEST(RecordedTurns, ReadingsOfAnotherMotionAreNoPhase) {
+TEST(RecordedTurns, ReadingsOfAnotherMotionAreAnErrorWithBothNumbers) {
   Evidence evidence = under_way({.kind = Motion::Kind::rate, .value = si(70.0, "deg/s")});
   evidence.plan.schedule[1].axes["inner"].value = si(50.0, "deg/s");
+  const auto turns = recorded_turns(evidence);
+  ASSERT_EQ(turns.findings.size(), 1u);
+  EXPECT_EQ(turns.findings[0].severity, Finding::Severity::error);
+  EXPECT_NEAR(value_of(turns.findings, "another_motion_recorded", "recorded"), si(70.0, "deg/s"), 1e-6);
+  EXPECT_NEAR(value_of(turns.findings, "another_motion_recorded", "planned"), si(50.0, "deg/s"), 1e-12);
+  EXPECT_EQ(motion_of(turns).value, si(50.0, "deg/s")) << "the plan's own";
+}
+
+/// 3 % fast, and an oscillation of 19.4 deg for 20 deg: what a table does whose gain is set wrong.
+TEST(RecordedTurns, ARateAndAnAmplitudeThatAreOffByPerCentAreThoseOfTheEncoder) {
+  Evidence fast = under_way({.kind = Motion::Kind::rate, .value = si(41.2, "deg/s")});
+  fast.plan.schedule[1].axes["inner"].value = si(40.0, "deg/s");
+  EXPECT_NEAR(motion_of(recorded_turns(fast)).value, si(41.2, "deg/s"), 1e-9);
+  Motion oscillating{.kind = Motion::Kind::sine, .amplitude = si(19.4, "deg"), .frequency = 0.13};
+  Evidence small = under_way(oscillating);
+  small.plan.schedule[1].axes["inner"].amplitude = si(20.0, "deg");
+  const auto turns = recorded_turns(small);
+  EXPECT_NEAR(motion_of(turns).amplitude, si(19.4, "deg"), 1e-9);
+  ASSERT_EQ(turns.findings.size(), 1u);
+  EXPECT_EQ(turns.findings[0].severity, Finding::Severity::warning);
+  EXPECT_NEAR(value_of(turns.findings, "oscillation_recorded", "recorded"), si(19.4, "deg"), 1e-9);
+  EXPECT_NEAR(value_of(turns.findings, "oscillation_recorded", "planned"), si(20.0, "deg"), 1e-12);
+}
+
+TEST(RecordedTurns, AFrequencyIsThatOfTheEncoder) {
+  Motion oscillating{.kind = Motion::Kind::sine, .amplitude = si(20.0, "deg"), .frequency = 0.1303};
+  for (const double ratio : {1.0001, 1.02}) {
+    Evidence evidence = under_way(oscillating);
+    evidence.plan.schedule[1].axes["inner"].frequency = oscillating.frequency / ratio;
+    const Motion& found = motion_of(recorded_turns(evidence));
+    EXPECT_NEAR(found.frequency, oscillating.frequency, 1e-9) << ratio;
+    EXPECT_NEAR(std::remainder(found.phase - two_pi * oscillating.frequency * late, two_pi), 0.0, 1e-6) << ratio;
+  }
+}
+
+Plan plan_of_stands() {
+  Plan plan = trial_plan("accelerometer_dynamic", {}, "pendulous_accelerometer", "two_axis_table", 2.0);
+  for (const double degrees : {0.0, 30.0, 90.0, 135.0, 210.0, 300.0})
+    plan.schedule.push_back({std::to_string(degrees), 60.0, 1, {{"inner", {.value = si(degrees, "deg")}}}});
+  return plan;
+}
+
+/// Stands that the rig explains remain as planned; a position that was taken twice is the recorded one.
+TEST(RecordedTurns, AStandThatTheRigDoesNotExplainIsThatOfTheEncoder) {
+  const Plan plan = plan_of_stands();
+  Evidence evidence{plan, {simulate(plan, 3, {})}};
   EXPECT_TRUE(recorded_turns(evidence).findings.empty());
+  Plan other = plan;
+  other.schedule[4].axes["inner"].value = other.schedule[3].axes["inner"].value;
+  evidence.recordings = {simulate(other, 3, {})};
+  const auto turns = recorded_turns(evidence);
+  ASSERT_EQ(turns.findings.size(), 1u);
+  EXPECT_NEAR(value_of(turns.findings, "angle_off_plan", "recorded"), si(135.0, "deg"), 5.0 * arcsecond);
+  EXPECT_NEAR(value_of(turns.findings, "angle_off_plan", "commanded"), si(210.0, "deg"), 1e-12);
+  EXPECT_NEAR(turns.plan.schedule[4].axes.at("inner").value, si(135.0, "deg"), 5.0 * arcsecond);
+}
+
+TEST(RecordedTurns, AnEncoderThatCountsTheOtherWayIsSaidAndNotUsed) {
+  const Plan plan = plan_of_stands();
+  Evidence evidence{plan, {simulate(plan, 3, {})}};
+  for (auto& channel : evidence.recordings[0].channels)
+    if (channel.name == "inner_angle")
+      for (double& angle : channel.values) angle = -angle;
+  const auto turns = recorded_turns(evidence);
+  ASSERT_EQ(turns.findings.size(), 1u);
+  EXPECT_EQ(turns.findings[0].code, "axis_moves_the_other_way");
+  EXPECT_EQ(turns.findings[0].severity, Finding::Severity::error);
+  EXPECT_EQ(turns.plan.schedule[1].axes.at("inner").value, si(30.0, "deg"));
+}
+
+TEST(RecordedTurns, AnEncoderWhoseZeroIsOffIsNamedAndThePlansZeroIsUsed) {
+  const Plan plan = plan_of_stands();
+  Evidence evidence{plan, {simulate(plan, 3, {})}};
+  for (auto& channel : evidence.recordings[0].channels)
+    if (channel.name == "inner_angle")
+      for (double& angle : channel.values) angle += 60.0 * arcsecond;
+  const auto turns = recorded_turns(evidence);
+  ASSERT_EQ(turns.findings.size(), 1u);
+  EXPECT_NEAR(value_of(turns.findings, "encoder_zero_off_plan", "offset"), 60.0 * arcsecond, 2.0 * arcsecond);
+  EXPECT_EQ(turns.plan.schedule[1].axes.at("inner").value, si(30.0, "deg"));
 }
 
 TEST(RecordedTurns, RepetitionsHaveThePhasesOfTheirOwn) {

@@ -358,10 +358,13 @@ Data data_of(const Evidence& evidence) {
   add_units(evidence, data);
   Test test{evidence};
   add_recordings(test, data);
+  cut_to_vibrations(data);
   drop_dead(data);
   drop_moving(test.drafts, data);
   set_scales(test, data);
   refuse_sizes(data, test.problems);
+  drop_still(data);
+  check_ramps(data);
   if (!test.problems.empty()) throw Error(Error::Kind::bad_data, test.problems);
   compare_rests(settings, data);
   set_power_ups(data);

@@ -34,6 +34,12 @@ double reach_of(const Motion& shake, double window) {
   return 4.0 * std::sqrt(variance);
 }
 
+}  // namespace
+
+double planned_sd(const Series& series) { return 0.25 * reach_of(series.shake, series.window); }
+
+namespace {
+
 /// Counts of a window at rest, and per m/s^2.
 struct Expected {
   double count = std::nan(""), scale = std::nan("");

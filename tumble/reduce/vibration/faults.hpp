@@ -30,8 +30,23 @@ void refuse_totals(const Draft& draft, const Data& data, Problems& problems);
 /// not connected. Segments at rest in which it gives the value at which it died are removed with them.
 void drop_dead(Data& data);
 
+/// Cuts segments of random vibration to the time in which they vibrate, where the shaker begins late or ends early, or the
+/// marks are late: a finding.
+void cut_to_vibrations(Data& data);
+
+/// A finding for each segment of random vibration whose size changes along the segment.
+void check_ramps(Data& data);
+
+/// Removes segments of random vibration in which the unit is as quiet as at rest although the plan wants far more: the shaker was
+/// off, or the labels are those of other segments. Values are in m/s^2.
+void drop_still(Data& data);
+
+/// sd [m/s^2] of the windows of a random vibration, as the plan wants it.
+double planned_sd(const Series& series);
+
 /// Sets Data::departures: the rests of each unit whose scale factor is given against the plan's rig, beyond four times
-/// what scale_factor_sd, bias_sd and an axis that is 2 deg off allow.
+/// what scale_factor_sd, bias_sd and an axis that is 2 deg off allow. A unit whose scale factor is from its rests shows their sign
+/// alone: it is turned over where it counts down and another unit of the fixture counts up.
 void compare_rests(const Settings& settings, Data& data);
 
 /// Values that no accelerometer shows, as by a unit or a scale factor that is wrong by many powers of ten: a problem

@@ -36,6 +36,10 @@ std::vector<Option> options() {
           .at_least(0)
           .otherwise("0.5 %")
           .says("standard uncertainty of the reference's scale"),
+      quantity("cross_coupling", "ug/g^2")
+          .at_least(0)
+          .otherwise("20 ug/g^2")
+          .says("size of K_ip and K_io, which rectify motion across the input axis"),
       quantity("range", "g").above(0).says("greatest specific force that the units show, of either sign"),
   };
 }

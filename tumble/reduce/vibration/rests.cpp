@@ -113,11 +113,30 @@ Cause cause_of(const RestDeparture& d, double log_gain, double uncertainty) {
   return Cause::unknown;
 }
 
+/// Whether a unit whose scale factor is from its rests counts down where another one on the fixture counts up.
+bool is_turned_over(const Data& data, std::size_t unit) {
+  const auto up = [](const UnitUnderTest& other) { return other.force_per_value > 0.0; };
+  return data.units[unit].force_per_value < 0.0 && std::ranges::any_of(data.units, up);
+}
+
+/// Its rests as they are with the scale factor's size alone.
+RestDeparture turned_over(const Data& data, std::size_t unit) {
+  RestDeparture d{.unit = unit};
+  for (const Series& series : data.series)
+    if (series.unit == unit && series.at_rest() && std::abs(series.rest) > std::abs(d.planned)) d.planned = series.rest;
+  d.shown = -d.planned;
+  d.uncertainty = data.units[unit].scale_relative_sd * std::abs(d.planned);
+  return d;
+}
+
 }  // namespace
 
 void compare_rests(const Settings& settings, Data& data) {
   for (std::size_t unit = 0; unit < data.units.size(); ++unit) {
-    if (data.units[unit].scale_from_rest) continue;
+    if (data.units[unit].scale_from_rest) {
+      if (is_turned_over(data, unit)) data.departures.push_back(turned_over(data, unit));
+      continue;
+    }
     auto departure = departure_of(rests_of(data, unit), settings.number("bias_sd"), data.units[unit].scale_relative_sd);
     if (!departure) continue;
     departure->unit = unit;

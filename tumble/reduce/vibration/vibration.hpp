@@ -111,6 +111,9 @@ AtRest at_rest(const Data& data, const Series& series);
 void report_departures(const Data& data, const std::vector<double>& log_gain, const std::vector<double>& uncertainty,
                        Estimate& estimate);
 
+/// Motion across over that along the shake [1], where no rig states it: a fixture of good quality.
+constexpr double usual_cross_motion = 0.02;
+
 /// Values that lie far off a smooth fit: lost or added pulses, knocks.
 struct Outliers {
   std::vector<std::size_t> index;  ///< of the residuals

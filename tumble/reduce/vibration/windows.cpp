@@ -170,6 +170,8 @@ double slope_with_interval(const Channel& channel, const std::vector<std::pair<d
 
 namespace {
 
+constexpr int narrowest_register = 8, widest_register = 24;  ///< [bits]
+
 /// [1] of `reach` on both sides of the expected count, within which a register is never left: it is not unwrapped.
 constexpr double inner_reach = 0.9;
 /// [1] of the register's size, from the expected count. After unwrapping none is farther than 0.5; one that lies so
@@ -192,7 +194,7 @@ Unwrapped unwrap(std::vector<double>& counts, double expected, double reach) {
     ++n;
   }
   if (n < fewest_windows || !std::isfinite(expected) || !(reach > 0.0)) return {};
-  for (const int bits : {8, 10, 12, 14, 15, 16, 20, 24}) {
+  for (int bits = narrowest_register; bits <= widest_register; ++bits) {
     const double m = std::ldexp(1.0, bits);
     const bool is_signed = low < 0.0;
     const double bottom = is_signed ? -0.5 * m : 0.0, top = bottom + m - 1.0;

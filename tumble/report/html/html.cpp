@@ -71,13 +71,20 @@ std::string method_html(const std::string& method, const Words& words) {
   return words.language == Language::english ? escaped(method) : name_html(method, words);
 }
 
+/// Above all numbers: they are of no instrument.
+std::string specimen(const Estimate& estimate, const Words& words) {
+  const auto& seed = estimate.provenance.seed;
+  return seed ? "<p class=\"specimen\">" + words.with("specimen", std::to_string(*seed)) + "</p>\n" : "";
+}
+
 std::string title_block(const Estimate& estimate, const std::string& title, const std::string& logo,
                         const Words& words) {
   return "<header>\n" + (logo.empty() ? "" : "<img class=\"logo\" alt=\"\" src=\"" + escaped(logo) + "\">\n") + "<h1>" +
          title + "</h1>\n<dl>" + entry(words("instrument"), html::escaped(estimate.instrument_model)) +
          entry(words("serial"), html::escaped(estimate.instrument_serial)) +
          entry(words("method"), method_html(estimate.method, words)) +
-         entry(words("fit"), fit_entry(estimate.fit, words)) + "</dl>\n" + summary(estimate, words) + "</header>\n";
+         entry(words("fit"), fit_entry(estimate.fit, words)) + "</dl>\n" + specimen(estimate, words) +
+         summary(estimate, words) + "</header>\n";
 }
 
 /// A section of the page with its anchor; empty: the result has nothing to show in it.

@@ -240,7 +240,7 @@ HttpResponse save(Context& context, const HttpRequest& request) {
   return json_response({{"file", file}, {"tag", sha256_of(text)}});
 }
 
-/// A plan of the folder rehearsed: simulated, identified and reported; or its schedule improved.
+/// A plan of the folder rehearsed: simulated, identified and reported; its schedule improved; or what could go wrong in it.
 HttpResponse plan_job(Context& context, const HttpRequest& request) {
   const Json body = body_of(request);
   const auto file = text_in(body, "file"), what = text_in(body, "what");
@@ -255,8 +255,11 @@ HttpResponse plan_job(Context& context, const HttpRequest& request) {
                  {"report", "{folder}/result.json", "-o", "{folder}/report.html", "--language", language}};
   else if (what == "optimise")
     job.steps = {{"predict", path, "--optimise", "--quiet", "-o", "{folder}/optimised.toml"}};
+  else if (what == "validate")
+    job.steps = {{"validate", path, "--quiet", "-o", "{folder}/validation.json"},
+                 {"report", "{folder}/validation.json", "-o", "{folder}/report.html", "--language", language}};
   else
-    throw Error{Error::Kind::bad_input, "'what' is rehearse or optimise"};
+    throw Error{Error::Kind::bad_input, "'what' is rehearse, optimise or validate"};
   return started(context, request, std::move(job));
 }
 

@@ -8,6 +8,7 @@
 
 #include "tumble/core/columns.hpp"
 #include "tumble/tasks/optimisation/criteria.hpp"
+#include "tumble/tasks/optimisation/work.hpp"
 #include "tumble/units/text_parts.hpp"
 
 namespace tumble::optimisation {
@@ -22,12 +23,6 @@ Cell number(double value_si, const Unit& unit = one) {
   if (!std::isfinite(value_si) || value_si == 0.0) return std::string("-");
   const double shown = value_si / unit.factor(), digit = std::pow(10.0, std::floor(std::log10(std::abs(shown))) - 3.0);
   return rounded_to_digits(std::round(shown / digit) * digit, 6) * unit.factor();
-}
-
-double total_of(const Schedule& schedule) {
-  double sum = 0.0;
-  for (const auto& segment : schedule) sum += segment.duration;
-  return sum;
 }
 
 Table criteria_table(const std::vector<ScheduleRow>& rows, const std::vector<std::string>& terms,

@@ -26,11 +26,17 @@ std::string list(const std::vector<double>& values, const Unit& unit) {
   return fmt::format("[{}]", fmt::join(texts, ", "));
 }
 
+/// "deg/s", "(m/s^2)/s".
+Unit per_second(const Unit& unit) {
+  const bool is_single = unit.text().find_first_of("/*^ ") == std::string::npos;
+  return Unit::parse((is_single ? unit.text() : "(" + unit.text() + ")") + "/s");
+}
+
 /// The inline table of one motion.
 std::string motion_text(const Motion& motion, const Axis& axis) {
   const Unit position = Unit::parse(axis.unit);
   const Unit interval = position.offset() == 0.0 ? position : Unit::parse(name(position.dimension()));
-  const Unit speed = Unit::parse("(" + interval.text() + ")/s"), hertz = Unit::parse("Hz");
+  const Unit speed = per_second(interval), hertz = Unit::parse("Hz");
   switch (motion.kind) {
     case Kind::hold:
       return fmt::format("{{hold = {}}}", quoted(motion.value, position));

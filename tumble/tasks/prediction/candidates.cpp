@@ -8,6 +8,7 @@
 #include <set>
 
 #include "tumble/rigs/rig.hpp"
+#include "tumble/tasks/prediction/problem.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble::prediction {
@@ -187,13 +188,12 @@ double rounded_down(double value, double unit) {
   return std::floor(shown / digit * (1.0 + 1e-9)) * digit * unit;
 }
 
-/// What the instrument is said to measure [rad/s]; +inf where [truth] does not say.
-double range_of_instrument(const Plan& plan) {
+/// What the instrument is said to measure of a kind [SI]; +inf where [truth] does not say.
+double range_of_instrument(const Plan& plan, QuantityKind kind) {
   double range = std::numeric_limits<double>::infinity();
   for (const auto& output : find_model(plan.instrument_model).outputs(plan.truth))
     for (const auto& name : {output.noise_prefix + "range", std::string("range")})
-      if (output.kind == QuantityKind::angular_rate && plan.truth.has(name))
-        range = std::min(range, plan.truth.number(name));
+      if (output.kind == kind && plan.truth.has(name)) range = std::min(range, plan.truth.number(name));
   return range;
 }
 
@@ -205,8 +205,7 @@ Motions with(Motions motions, const std::string& axis, const Motion& motion) {
 /// Rates of one axis, and of two at once, with the others held.
 class Rates {
  public:
-  Rates(const Plan& plan, const Trials& trials, const std::vector<Places>& places) : trials_(trials), places_(places) {
-    const double range = 0.9 * range_of_instrument(plan);
+  Rates(double range, const Trials& trials, const std::vector<Places>& places) : trials_(trials), places_(places) {
     for (const auto& one : places) {
       if (!can(one.axis, Kind::rate) || !is_angle(one.axis)) continue;
       const Motions start = all_held(places, {}).front();
@@ -259,7 +258,7 @@ double largest_amplitude_of_plan(const Plan& plan, const std::string& axis) {
 }
 
 /// Oscillations about zero at the largest amplitude that the rig can do at each frequency.
-void add_oscillations(const Plan& plan, const Trials& trials, const std::vector<Places>& places,
+void add_oscillations(const Plan& plan, double range, const Trials& trials, const std::vector<Places>& places,
                       std::vector<Candidate>& out) {
   for (const auto& one : places) {
     if (!can(one.axis, Kind::sine)) continue;
@@ -273,8 +272,9 @@ void add_oscillations(const Plan& plan, const Trials& trials, const std::vector<
         const auto motion = [&](double amplitude) {
           return with(beside, one.axis.name, {.kind = Kind::sine, .amplitude = amplitude, .frequency = frequency});
         };
+        const double felt = is_angle(one.axis) ? std::min(most, range / (two_pi * frequency)) : most;
         const double top = largest_accepted(
-            most, [&](double amplitude) { return trials.accepted(approach, motion(amplitude), long_enough); });
+            felt, [&](double amplitude) { return trials.accepted(approach, motion(amplitude), long_enough); });
         if (top > 0.0)
           out.push_back({.approach = approach,
                          .work = motion(rounded_down(top, unit.factor())),
@@ -319,6 +319,21 @@ CandidateRange range_of(const Plan& plan, double step) {
   return range;
 }
 
+void limit_to_instrument(const Plan& plan, CandidateRange& range) {
+  constexpr double used_of_range = 0.9, rounding = 1.001;
+  double rate = 0.0, force = 0.0;
+  for (const auto& felt : felt_over(plan)) {
+    rate = std::max(rate, norm(felt.rate));
+    force = std::max(force, norm(felt.specific_force));
+  }
+  const auto most = [&](QuantityKind kind, double of_plan) {
+    const double stated = used_of_range * range_of_instrument(plan, kind);
+    return std::isfinite(stated) ? stated : rounding * of_plan;
+  };
+  range.most_rate = most(QuantityKind::angular_rate, rate);
+  range.most_force = most(QuantityKind::specific_force, force);
+}
+
 std::vector<Candidate> candidates(const Plan& plan, const CandidateRange& range) {
   const Trials trials(plan);
   const auto grid = places_up_to(plan, range, range.step, most_positions);
@@ -331,10 +346,16 @@ std::vector<Candidate> candidates(const Plan& plan, const CandidateRange& range)
   out = felt_once(std::move(out));
   const auto beside = places_up_to(plan, range, right_angle, most_beside_motion);
   std::vector<Candidate> moving;
-  if (range.rates) Rates(plan, trials, beside).add(moving);
-  if (range.sines) add_oscillations(plan, trials, beside, moving);
+  const double most_rate = std::min(range.most_rate, 0.9 * range_of_instrument(plan, QuantityKind::angular_rate));
+  if (range.rates) Rates(most_rate, trials, beside).add(moving);
+  if (range.sines) add_oscillations(plan, range.most_rate, trials, beside, moving);
   trials.look(moving, neutral);
   out.insert(out.end(), moving.begin(), moving.end());
+  std::erase_if(out, [&](const Candidate& one) {
+    return std::ranges::any_of(one.felt, [&](const Felt& felt) {
+      return norm(felt.rate) > range.most_rate || norm(felt.specific_force) > range.most_force;
+    });
+  });
   return out;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -26,12 +27,18 @@ struct Candidate {
 struct CandidateRange {
   std::vector<std::string> axes;  ///< those not named stay where the rig has them
   bool rates = false, sines = false;
-  double step = 0.0;    ///< [rad] of the grid of positions
-  bool corners = true;  ///< and the angles that put the corners of a cube up
+  double step = 0.0;                                            ///< [rad] of the grid of positions
+  bool corners = true;                                          ///< and the angles that put the corners of a cube up
+  double most_rate = std::numeric_limits<double>::infinity();   ///< [rad/s] that the instrument may feel
+  double most_force = std::numeric_limits<double>::infinity();  ///< [m/s^2]
 };
 
 /// The axes that the plan's schedule moves, and the kinds of motion in it. Given: step of the positions [rad].
 CandidateRange range_of(const Plan& plan, double step);
+
+/// Sets what the instrument may feel: 0.9 of the `range` of its [truth], else the most that the plan's own schedule
+/// gives, since nothing else says what it bears.
+void limit_to_instrument(const Plan& plan, CandidateRange& range);
 
 /// Positions on the grid, rates of both senses at several levels up to the rig's highest, oscillations of several
 /// frequencies: all that the rig does not refuse, each felt once. Linear and thermal axes take five levels over what

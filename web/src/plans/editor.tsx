@@ -51,7 +51,7 @@ function SaveAs({ onSave }: { onSave: (name: string) => void }) {
 
 /// Jobs of this plan: what they do, and what came of them.
 function PlanJobs() {
-  const own = Object.values(jobs.value).filter((job) => job.title === file.value && (job.kind === "rehearse" || job.kind === "optimise"));
+  const own = Object.values(jobs.value).filter((job) => job.title === file.value && ["rehearse", "optimise", "validate"].includes(job.kind));
   const latest = own.sort((a, b) => b.begun - a.begun || b.id.localeCompare(a.id))[0];
   const [problems, setProblems] = useState<string[]>([]);
   if (!latest) return null;
@@ -103,6 +103,7 @@ function Head() {
         <button disabled={history.value.length === 0} onClick={undo}>{t("plans_undo")}</button>
         <button disabled={idle} title={idle ? t("plans_save_first") : ""} onClick={() => void start("rehearse")}>{t("plans_rehearse")}</button>
         <button disabled={idle} title={idle ? t("plans_save_first") : ""} onClick={() => void start("optimise")}>{t("plans_optimise")}</button>
+        <button disabled={idle} title={idle ? t("plans_save_first") : t("plans_validate_hint")} onClick={() => void start("validate")}>{t("plans_validate")}</button>
         <span class="shown" role="group" aria-label={t("plans_shown")}>
           {(["form", "text", "both"] as const).map((one) => (
             <button key={one} class={one} aria-pressed={shown.value === one || (shown.value === "" && one === "both")} onClick={() => (shown.value = one)}>{t(`plans_show_${one}`)}</button>

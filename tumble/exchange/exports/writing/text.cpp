@@ -18,20 +18,18 @@ std::string with_point(std::string text) {
   return exponent == std::string::npos ? text + ".0" : text.insert(exponent, ".0");
 }
 
-/// Of the axes whose noise was measured; NaN: none states this value.
+/// Of the axes that state this value: one that states none is not known to have none. NaN: no axis states it.
 double of_axes(const TriadCalibration& triad, double AxisNoise::*value, bool greatest) {
-  double squares = 0.0, most = 0.0, measured = 0.0;
-  bool stated = false;
+  double squares = 0.0, most = 0.0, stated = 0.0;
   for (const AxisNoise& axis : triad.noise) {
     const double one = axis.*value;
-    if (!std::isnan(one) || !std::isnan(axis.white)) measured += 1.0;
     if (std::isnan(one)) continue;
-    stated = true;
+    stated += 1.0;
     squares += one * one;
     most = std::max(most, one);
   }
-  if (!stated) return AxisNoise::none;
-  return greatest ? most : std::sqrt(squares / measured);
+  if (stated == 0.0) return AxisNoise::none;
+  return greatest ? most : std::sqrt(squares / stated);
 }
 
 /// What to do about a noise that is missing.

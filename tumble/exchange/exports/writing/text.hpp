@@ -33,7 +33,7 @@ struct OneNoise {
   double walk = AxisNoise::none;   ///< K [u/sqrt(s)]
 };
 /// Root mean square or greatest of the axes that were measured, as the setting `axes` says. NaN where no axis has it.
-/// Axes whose white noise is known but no walk count as 0 where another one has a walk.
+/// Axes that state no value are not part of it; the header of the file names them.
 OneNoise one_noise(const TriadCalibration& triad, const Settings& settings);
 
 /// Parts of the noise that a consumer wants in addition to N of both triads.

@@ -94,6 +94,8 @@ Trial second_trial(std::uint64_t seed) {
   const auto tumble = std::make_shared<const Plan>(tumble_plan());
   plan.recordings = {{"arm.h5", "", 0, nullptr}, {"tumble.h5", "", 0, tumble}};
   Trial trial{{plan, {on_the_arm(plan, seed), simulate(*tumble, seed + 1000000, {})}, {nullptr, tumble}}, {}};
+  // as for a distance that is to be found
+  trial.evidence.plan.rig.set_number("lever_sd", si(2.0, "mm"), Unit::parse("mm"));
   trial.truth.emplace_back("scale_factor", plan.truth.number("voltage_scale_factor"));
   for (const auto& coefficient : second_coefficients)
     trial.truth.emplace_back(coefficient.name, plan.truth.number(coefficient.name));

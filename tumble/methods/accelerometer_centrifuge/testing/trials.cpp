@@ -74,6 +74,7 @@ Trial trial(std::uint64_t seed) {
   real.rig.set_number("lever_x", 1.3e-3, Unit::parse("mm"));
   real.truth.set_integer("oversampling", 64);  // a counter takes in the ripple of the arm's rate, 24 Hz at most
   real.recordings.clear();
+  plan.rig.set_number("lever_sd", 1e-3, Unit::parse("mm"));  // as for a distance that is to be found
   Trial trial{{plan, {simulate(real, seed, {}), simulate(*head, seed + 1000000, {})}, {nullptr, head}}, {}};
   trial.truth.emplace_back("scale_factor", plan.truth.number("pulse_scale_factor"));
   for (const auto& coefficient : coefficients)

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "tumble/earth/earth.hpp"
 #include "tumble/math/random.hpp"
 #include "tumble/methods/dtg_centrifuge/testing/trial.hpp"
 #include "tumble/models/model.hpp"
@@ -48,7 +50,6 @@ Motion motion(Motion::Kind kind, double value) {
 
 Plan plan_of_trial(const std::vector<Option>& options) {
   Plan plan = trial_plan("dtg_centrifuge", options, "dynamically_tuned_gyro", "counter_rotating_centrifuge", 20.0);
-  plan.site->gravity = si(1.0, "g");  // so that the truth of D_x + D_xz f_Z is a round number
   plan.rig.set_number("radius", radius, Unit::parse("m"));
   plan.rig.set_number("arm_max_acceleration", si(200.0, "deg/s^2"), Unit::parse("deg/s^2"));
   plan.rig.set_number("table_max_acceleration", si(200.0, "deg/s^2"), Unit::parse("deg/s^2"));
@@ -63,6 +64,10 @@ Plan plan_of_trial(const std::vector<Option>& options) {
   fog.truth.set_number("gamma_z", si(0.05, "deg"), Unit::parse("arcsec"));
   fog.truth.set_number("angle_random_walk", si(0.001, "deg/sqrt(h)"), Unit::parse("deg/sqrt(h)"));
   plan.beside.push_back(std::move(fog));
+  // for compensate: the specific force
+  Beside triad{"triad", "triad", defaults(truth_options(find_model("triad")))};
+  triad.truth.set_number("accelerometer_angle_random_walk", si(100.0, "ug/sqrt(Hz)"), Unit::parse("ug/sqrt(Hz)"));
+  plan.beside.push_back(std::move(triad));
   for (int run = 1; run <= power_ups; ++run) {
     Segment rest{"static", 10.0, run, {}};
     rest.axes["arm"] = rest.axes["table"] = motion(Motion::Kind::hold, 0.0);
@@ -78,28 +83,26 @@ Plan plan_of_trial(const std::vector<Option>& options) {
   return plan;
 }
 
-/// Specific force of accelerometers beside the gyro, from the angles: f_X, f_Y, f_Z.
-std::vector<Channel> specific_force(const Plan& plan, const Recording& recording) {
+/// Specific force across the spin axis from the angles [m/s^2]: f_X, f_Y.
+std::array<std::vector<double>, 2> specific_force(const Plan& plan, const Recording& recording) {
   const Channel& arm = *find_channel(recording, "arm_angle");
   const Channel& table = *find_channel(recording, "table_angle");
   const double r = plan.rig.number("radius"), rate = arm.timeline.rate;
-  std::vector<Channel> out;
-  for (const char* axis : {"x", "y", "z"})
-    out.push_back({std::string("specific_force_") + axis, QuantityKind::specific_force, Unit::parse("g"), arm.timeline,
-                   std::vector<double>(arm.values.size(), si(1.0, "g"))});
+  std::array<std::vector<double>, 2> out;
+  for (auto& along : out) along.resize(arm.values.size());
   for (std::size_t i = 0; i < arm.values.size(); ++i) {
     const std::size_t before = i > 0 ? i - 1 : 0, after = std::min(i + 1, arm.values.size() - 1);
     const double w = rate * (arm.values[after] - arm.values[before]) / static_cast<double>(after - before);
     // the arm's angle starts anew with each power-up
     const double a = std::abs(w) < si(2000.0, "deg/s") ? w * w * r : 0.0;
-    out[0].values[i] = -a * std::cos(table.values[i]);
-    out[1].values[i] = a * std::sin(table.values[i]);
+    out[0][i] = -a * std::cos(table.values[i]);
+    out[1][i] = a * std::sin(table.values[i]);
   }
   return out;
 }
 
 /// Each power-up has its own D_x and D_y: what that adds to the output.
-void add_turn_on(std::uint64_t seed, const std::vector<Channel>& force, Recording& recording) {
+void add_turn_on(std::uint64_t seed, const std::array<std::vector<double>, 2>& force, Recording& recording) {
   Channel& gyro = recording.channels.front();
   const RandomStream random = RandomStream(seed).split("turn-on of the drift");
   const double unit = si(repeatability, "deg/h/g");
@@ -109,16 +112,18 @@ void add_turn_on(std::uint64_t seed, const std::vector<Channel>& force, Recordin
         m + 1 < recording.marks.size() ? index_at(gyro, recording.marks[m + 1].begin) : gyro.values.size();
     const auto draw = 2 * static_cast<std::uint64_t>(recording.marks[m].run);
     const double x = unit * random.normal(draw), y = unit * random.normal(draw + 1);
-    for (std::size_t i = begin; i < end; ++i) gyro.values[i] += x * force[0].values[i] + y * force[1].values[i];
+    for (std::size_t i = begin; i < end; ++i) gyro.values[i] += x * force[0][i] + y * force[1][i];
   }
 }
 
 double acceleration(double arm_rate) { return std::pow(si(arm_rate, "deg/s"), 2) * radius / si(1.0, "g"); }
 
-/// K [deg/h/g] of the truth.
-double K(double a) {
-  const double p = drift_of("D_x") + drift_of("D_xz") + (0.75 * drift_of("D_xxx") + 0.25 * drift_of("D_xyy")) * a * a;
-  const double q = drift_of("D_y") + drift_of("D_yz") + (0.75 * drift_of("D_yyy") + 0.25 * drift_of("D_yxx")) * a * a;
+/// K [deg/h/g] of the truth. Given: a and f_Z [g].
+double K(double a, double along) {
+  const double p =
+      drift_of("D_x") + along * drift_of("D_xz") + (0.75 * drift_of("D_xxx") + 0.25 * drift_of("D_xyy")) * a * a;
+  const double q =
+      drift_of("D_y") + along * drift_of("D_yz") + (0.75 * drift_of("D_yyy") + 0.25 * drift_of("D_yxx")) * a * a;
   return std::hypot(p, q);
 }
 
@@ -129,20 +134,18 @@ Trial trial(std::uint64_t seed, const std::vector<Option>& options) {
   out.evidence.plan = plan_of_trial(options);
   Recording recording = simulate(out.evidence.plan, seed, {});
   std::erase_if(recording.channels, [](const Channel& channel) { return channel.name == "gyro_y"; });
-  auto force = specific_force(out.evidence.plan, recording);
-  add_turn_on(seed, force, recording);
-  for (Channel& channel : force) recording.channels.push_back(std::move(channel));
+  add_turn_on(seed, specific_force(out.evidence.plan, recording), recording);
   out.evidence.recordings.push_back(std::move(recording));
-  const double first = K(acceleration(arm_rates[0]));
+  const double along = gravity(*out.evidence.plan.site) / si(1.0, "g"), first = K(acceleration(arm_rates[0]), along);
   int level = 1;
   for (const double rate : arm_rates) {
-    const double here = K(acceleration(rate));
+    const double here = K(acceleration(rate), along);
     out.truth.emplace_back(fmt::format("sensitive_term_{}", level), si(here, "deg/h/g"));
     if (level > 1) out.truth.emplace_back(fmt::format("nonlinearity_{}", level), here / first - 1.0);
     ++level;
   }
-  out.truth.emplace_back("D_x", si(drift_of("D_x") + drift_of("D_xz"), "deg/h/g"));
-  out.truth.emplace_back("D_y", si(drift_of("D_y") + drift_of("D_yz"), "deg/h/g"));
+  out.truth.emplace_back("D_x", si(drift_of("D_x") + along * drift_of("D_xz"), "deg/h/g"));
+  out.truth.emplace_back("D_y", si(drift_of("D_y") + along * drift_of("D_yz"), "deg/h/g"));
   for (const char* name : {"D_xxx", "D_xyy", "D_yyy", "D_yxx"})
     out.truth.emplace_back(name, si(drift_of(name), "deg/h/g^3"));
   out.truth.emplace_back("D_xx_less_D_yy", si(drift_of("D_xx") - drift_of("D_yy"), "deg/h/g^2"));

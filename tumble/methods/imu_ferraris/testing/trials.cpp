@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "tumble/math/random.hpp"
 #include "tumble/methods/imu_ferraris/closed_form.hpp"
@@ -154,6 +155,9 @@ Trial trial_of(const Session& session, std::uint64_t seed) {
   if (session.accelerometer_instability > 0.0)
     set_setting(plan, "accelerometer_bias_instability", session.accelerometer_instability, "ug");
   trial.evidence.recordings = {simulate(hand, 2 * seed, {}), simulate(table, 2 * seed + 1, {})};
+  auto turns = std::make_shared<Plan>(table);
+  turns->settings = plan.settings;
+  trial.evidence.plans = {nullptr, std::move(turns)};
   add_truth(hand, trial);
   return trial;
 }

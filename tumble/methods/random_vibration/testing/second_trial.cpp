@@ -42,6 +42,8 @@ Settings truth_of(const Part& part, Settings truth) {
   set("bias", part.bias, "mg");
   set("second_order_coefficient", part.second, "ug/g^2");
   set("third_order_coefficient", part.third, "ug/g^3");
+  set("cross_coupling_ip", -20.0, "ug/g^2");
+  set("cross_coupling_io", 20.0, "ug/g^2");
   set("angle_random_walk", part.walk, "ug/sqrt(Hz)");
   set("bias_instability", 4.0, "ug");
   return truth;

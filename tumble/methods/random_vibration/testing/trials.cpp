@@ -18,11 +18,12 @@ constexpr int oversampling = 25;
 
 /// A unit, in the units of its data sheet.
 struct Kind {
-  double pulses, second_order, third_order, walk;
+  double pulses, second_order, third_order, walk, cross_io;
   double rectification(double a_0) const { return si(second_order, "ug/g^2") + 3.0 * si(third_order, "ug/g^3") * a_0; }
   double per_force() const { return si(pulses, "pulse/s/g") / rate; }
 };
-constexpr Kind first{2000.0, 20.0, 0.5, 60.0}, second{2500.0, 45.0, 1.0, 150.0};
+/// Cross-couplings across each other: motion across moves the units independently, as that of two types does.
+constexpr Kind first{2000.0, 20.0, 0.5, 60.0, -20.0}, second{2500.0, 45.0, 1.0, 150.0, 20.0};
 
 Settings truth_of(const Kind& unit, Settings truth) {
   const auto set = [&](const char* name, double value, const char* shown) {
@@ -34,6 +35,8 @@ Settings truth_of(const Kind& unit, Settings truth) {
   set("bias", 3.0, "mg");
   set("second_order_coefficient", unit.second_order, "ug/g^2");
   set("third_order_coefficient", unit.third_order, "ug/g^3");
+  set("cross_coupling_ip", 20.0, "ug/g^2");
+  set("cross_coupling_io", unit.cross_io, "ug/g^2");
   set("angle_random_walk", unit.walk, "ug/sqrt(Hz)");
   set("bias_instability", 3.0, "ug");
   return truth;

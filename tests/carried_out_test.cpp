@@ -1,0 +1,65 @@
+// What was carried out decides: clocks and orders that differ from the plan, asked of the trials of methods.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tumble/core/testing/asserts.hpp"
+#include "tumble/departures/departure.hpp"
+#include "tumble/methods/method.hpp"
+#include "tumble/methods/testing/trials.hpp"
+#include "tumble/tasks/tasks.hpp"
+
+namespace tumble {
+namespace {
+
+SimulatedTest test_of(const char* method) {
+  Trial trial = trials_of(find_method(method)).first(1);
+  return simulated_test(std::move(trial.evidence), std::move(trial.truth), 1);
+}
+
+const Departure& departure_called(const std::string& name) {
+  const auto& all = departure_catalogue();
+  return *std::ranges::find_if(all, [&](const Departure& one) { return one.name == name; });
+}
+
+Findings found_in(const SimulatedTest& test) { return identify(test.evidence, {}).findings; }
+
+bool warns_of(const Findings& findings, const char* code) {
+  return std::ranges::any_of(findings, [&](const Finding& finding) {
+    return finding.code == code && finding.severity != Finding::Severity::info;
+  });
+}
+
+/// 30 ppm between stamps and stated rate are several standard deviations of a scale factor of counts.
+TEST(CarriedOut, AScaleFactorOfCountsWarnsOfTwoClocks) {
+  const SimulatedTest sound = test_of("accelerometer_tumble");
+  EXPECT_FALSE(warns_of(found_in(sound), "rate_of_counts_differs"));
+  const auto fast = with_departure(sound, departure_called("clock_fast"), "", 30e-6, 1);
+  EXPECT_TRUE(warns_of(found_in(fast), "rate_of_counts_differs"));
+}
+
+/// 30 ppm are beyond a rate that the rig states to 1 ppm.
+TEST(CarriedOut, ATableThatTurnsByAnotherClockIsNamed) {
+  const SimulatedTest sound = test_of("gyro_scale_factor");
+  EXPECT_FALSE(warns_of(found_in(sound), "turn_rate_recorded"));
+  const auto fast = with_departure(sound, departure_called("clock_fast"), "", 30e-6, 1);
+  EXPECT_TRUE(warns_of(found_in(fast), "turn_rate_recorded"));
+}
+
+/// Samples that arrive eight at a time were taken one by one.
+TEST(CarriedOut, SamplesInBurstsGiveWhatEvenOnesGive) {
+  const SimulatedTest sound = test_of("accelerometer_dynamic");
+  const auto bursts = with_departure(sound, departure_called("stamps_in_bursts"), "", 0.0, 1);
+  const Estimate even = identify(sound.evidence, {}), late = identify(bursts.evidence, {});
+  ASSERT_EQ(even.parameters.size(), late.parameters.size());
+  for (std::size_t j = 0; j < even.parameters.size(); ++j)
+    EXPECT_NEAR(late.parameters[j].value, even.parameters[j].value, 0.5 * standard_uncertainty(even, j))
+        << even.parameters[j].name;
+}
+
+}  // namespace
+}  // namespace tumble
