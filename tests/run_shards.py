@@ -1,21 +1,24 @@
 """Runs a program of GoogleTest in a few processes that share its tests.
 
-    run_shards.py PROGRAM [--without REGEX] [--only REGEX] [--jobs N] [--tests-a-process N]
+    run_shards.py PROGRAM [--without REGEX] [--only REGEX] [--jobs N] [--tests-a-process N] [--most-minutes M]
     run_shards.py --self-test
 
 ctest starts a process for each test. With sanitisers the start takes longer than most tests, so that they are run here: each
 process takes some tests of different suites. What a failed test printed is shown, and which test ran when a process ended early;
 the tests behind it are run in another process. The last line says how many passed and failed; exit status 1 when any failed.
-REGEX is searched in Suite.Name, as ctest does.
+REGEX is searched in Suite.Name, as ctest does. After M minutes no other process begins: the tests that are left are counted and
+named, and are no failure. Which these are changes from commit to commit: the order of the processes is drawn from the commit.
 """
 
 import argparse
 import concurrent.futures
 import os
+import random
 import re
 import subprocess
 import sys
 import tempfile
+import time
 
 
 def listed(program):
@@ -78,10 +81,24 @@ def run(program, names, most_seconds=900):
     return passed, skipped, failed, texts, seconds
 
 
-def run_all(program, names, jobs, size):
-    passed, skipped, failed, seconds = set(), set(), set(), {}
+def drawn(all_shares):
+    """The shares in an order that another commit does not have."""
+    commit = subprocess.run(["git", "rev-parse", "HEAD"], capture_output=True, text=True).stdout
+    random.Random(commit).shuffle(all_shares)
+    return all_shares
+
+
+def run_all(program, names, jobs, size, end=float("inf")):
+    passed, skipped, failed, seconds, left = set(), set(), set(), {}, []
+
+    def in_time(share):
+        if time.monotonic() < end:
+            return run(program, share)
+        left.extend(share)
+        return set(), set(), set(), [], {}
+
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        for p, s, f, texts, of_each in pool.map(lambda share: run(program, share), shares(names, size)):
+        for p, s, f, texts, of_each in pool.map(in_time, drawn(shares(names, size))):
             passed, skipped, failed, seconds = passed | p, skipped | s, failed | f, seconds | of_each
             for text in texts:
                 print(text[-20000:], flush=True)
@@ -91,8 +108,10 @@ def run_all(program, names, jobs, size):
         print(f"skipped  {name}")
     for name in sorted(failed):
         print(f"FAILED   {name}")
-    print(f"{len(passed)} passed, {len(failed)} failed, {len(skipped)} skipped")
-    return 1 if failed or not passed else 0
+    if left:
+        print(f"not run, since the time had ended: {len(left)} of {len(names)}: " + " ".join(sorted(left)))
+    print(f"{len(passed)} passed, {len(failed)} failed, {len(skipped)} skipped, {len(left)} not run")
+    return 1 if failed or not (passed or left) else 0
 
 
 SAMPLE = """#!/usr/bin/env python3
@@ -126,6 +145,8 @@ def self_test():
         assert passed == {"A.Good", "B.Last"} and skipped == {"B.Skips"} and failed == {"A.Bad", "B.Dies"}, (passed, skipped, failed)
         assert set(seconds) == {"A.Good", "A.Bad", "B.Skips", "B.Last"}, seconds
         assert run(program, ["B.Hangs", "A.Good"], 2)[:3] == ({"A.Good"}, set(), {"B.Hangs"})
+        assert run_all(program, ["A.Good"], 1, 1) == 0 and run_all(program, ["A.Good", "B.Dies"], 1, 1) == 1
+        assert run_all(program, ["A.Good"], 1, 1, end=0.0) == 0 and run_all(program, [], 1, 1) == 1
         assert len(texts) == 1 and "[ RUN      ] B.Dies" in texts[0]
         assert shares(names, 2) == [["A.Good", "B.Skips"], ["A.Bad", "B.Last"], ["B.Dies"]]
     print("run_shards.py finds what passed, failed, was skipped and ended its process")
@@ -138,6 +159,7 @@ def main():
     parser.add_argument("--only", default="")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--tests-a-process", type=int, default=40)
+    parser.add_argument("--most-minutes", type=float, default=float("inf"))
     parser.add_argument("--self-test", action="store_true")
     asked = parser.parse_args()
     if asked.self_test:
@@ -145,7 +167,7 @@ def main():
     program = os.path.abspath(asked.program)
     names = [name for name in listed(program)
              if re.search(asked.only, name) and not (asked.without and re.search(asked.without, name))]
-    return run_all(program, names, asked.jobs, asked.tests_a_process)
+    return run_all(program, names, asked.jobs, asked.tests_a_process, time.monotonic() + 60.0 * asked.most_minutes)
 
 
 if __name__ == "__main__":
