@@ -125,6 +125,9 @@ TEST(SampleChecks, ZerosInPlaceOfSamplesAreSaid) {
     for (std::size_t i = 70; i < many; i += 200) values[i] = 0.0;
     EXPECT_EQ(codes("zeros", values), "zeros_in_place_of_samples") << mean;
   }
+  auto counts = rounded_to(1.0, times(4.0, white(many, 11)));
+  for (std::size_t i = 0; i < many; ++i) counts[i] = i % 200 == 70 ? 0.0 : counts[i] + 1000.0;
+  EXPECT_EQ(codes("zeros", counts, "pulse"), "zeros_in_place_of_samples");
 }
 
 TEST(SampleChecks, ADeadBandIsSaid) {
@@ -153,6 +156,18 @@ TEST(SampleChecks, ZerosOfItsOwnAreNot) {
   auto counts = rounded_to(1.0, white(many, 13));
   for (std::size_t i = 0; i < many; ++i) counts[i] = (i / 5000) % 2 == 0 ? 0.0 : counts[i] + 1000.0;
   EXPECT_EQ(codes("zeros", counts, "pulse", marks), "");
+  // few pulses a sample: zero lies between ones, or where a tone turns back
+  const auto slow = series(many, [](std::size_t i) {
+    const auto n = static_cast<double>(i);
+    return std::floor(0.95 * (n + 1.0)) - std::floor(0.95 * n);
+  });
+  EXPECT_EQ(codes("zeros", slow, "pulse"), "");
+  EXPECT_EQ(
+      codes("zeros",
+            rounded_to(1.0,
+                       series(many, [](std::size_t i) { return 3.2 + 3.3 * std::sin(2.1 * static_cast<double>(i)); })),
+            "pulse"),
+      "");
   auto set = series(many, [](std::size_t i) { return (i / 5000) % 2 == 0 ? 0.0 : 10.0; });
   EXPECT_EQ(codes("zeros", set, "deg/s", marks), "");
 }

@@ -103,9 +103,17 @@ Finding in_place_of_samples(const Channel& channel, const Zeros& zeros) {
           {zeros.count, channel.time(zeros.first)}};
 }
 
+/// Whether one and two are as frequent as zero, within `excess`: a count of few pulses a sample falls to zero by itself.
+bool counts_down_to_zero(const std::vector<double>& x, const Zeros& zeros) {
+  const auto beside_zero = [](double value) { return std::abs(value) > 0.0 && std::abs(value) <= 2.0; };
+  const auto of_each = 0.5 * static_cast<double>(std::ranges::count_if(x, beside_zero));
+  return static_cast<double>(zeros.count) <= static_cast<double>(least) + excess * of_each;
+}
+
 /// Counts that change between zero and values of two and more, but never to one.
 Findings of_counts(const Channel& channel, const Zeros& zeros, std::size_t segments) {
-  if (zeros.alone * 2 > zeros.count) return {in_place_of_samples(channel, zeros)};
+  if (zeros.alone * 2 > zeros.count && !counts_down_to_zero(channel.values, zeros))
+    return {in_place_of_samples(channel, zeros)};
   if (zeros.changes < changes + at_borders * segments) return {};
   const Nearest nearest = nearest_to_zero(channel.values, zeros.count);
   if (nearest.first < least_hole_of_counts || zeros.nearest_change > 2.0 * nearest.first ||
