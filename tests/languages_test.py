@@ -149,6 +149,7 @@ class Results(unittest.TestCase):
     """Words of a result: every method is asked by chinese_results_test.cpp, here as its users read them."""
 
     ENGLISH = re.compile(r"[a-z]{3,} [a-z]{3,}")
+    COMMAND = "tumble list departures"
 
     def test_terminal_page_and_drawing(self):
         with tempfile.TemporaryDirectory() as name:
@@ -157,7 +158,7 @@ class Results(unittest.TestCase):
             tumble("simulate", "plan.toml", "-o", "data.h5", folder=folder)
             text = tumble("identify", "plan.toml", "data.h5", "-o", "result.json", "--lang", "zh", folder=folder)
             printed = tumble("identify", "plan.toml", "data.h5", "--lang", "zh", folder=folder)
-            self.assertNotRegex(text + printed, self.ENGLISH)
+            self.assertNotRegex((text + printed).replace(self.COMMAND, ""), self.ENGLISH)
             self.assertIn("表 频率特性（bode）：增益和相位", printed)
             self.assertIn("参考噪声", printed)
             tumble("report", "result.json", "-o", "page.html", "--figure", "drawing.svg", LANG="zh_CN.UTF-8", folder=folder)
@@ -165,7 +166,7 @@ class Results(unittest.TestCase):
             page, english = ((folder / file).read_text(encoding="utf-8") for file in ("page.html", "english.html"))
             body = re.sub(r"<(style|code|pre)>.*?</\1>", "", page.split('<section id="provenance">')[0], flags=re.DOTALL)
             for said in re.findall(r">([^<]+)<", body) + re.findall(r'(?:title|aria-label)="([^"]+)"', body):
-                self.assertNotRegex(said, self.ENGLISH)
+                self.assertNotRegex(said.replace(self.COMMAND, ""), self.ENGLISH)
             self.assertIn("<h1>伺服加速度计频率响应</h1>", page)
             self.assertNotRegex(re.sub(r"<pre>.*?</pre>", "", english, flags=re.DOTALL), HAN)
             for drawing in folder.glob("drawing*.svg"):

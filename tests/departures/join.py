@@ -16,12 +16,15 @@ ORDER = ("held", "named", "cannot be seen", "refused", "silent")
 
 def read(folder):
     """Sound tests, cells and impossible cells of all files, in the order of their names."""
-    sound, cells, impossible = [], [], []
+    sound, cells, impossible, accused = [], [], [], {}
     for file in sorted(pathlib.Path(folder).glob("*.txt")):
         for line in file.read_text(encoding="utf-8").splitlines():
             kind, *fields = line.split("\t")
-            {"sound": sound, "cell": cells, "impossible": impossible}[kind].append(fields)
-    return sound, cells, impossible
+            if kind == "accused":
+                accused[fields[0]] = fields[1:]
+            else:
+                {"sound": sound, "cell": cells, "impossible": impossible}[kind].append(fields)
+    return [fields + accused.get(fields[0], []) for fields in sound], cells, impossible
 
 
 def table(heading, rows):
@@ -35,7 +38,8 @@ def matrix(sound, cells, impossible, state, minutes):
     text += f"Commit {state}, {minutes} minutes by the clock. {len(cells)} cells of ten seeds: "
     text += ", ".join(f"{counts[name]} {name}" for name in ORDER) + f"; {len(impossible)} could not be made.\n"
     text += "What the words mean: [docs/departures.md](../../docs/departures.md).\n\n## Sound tests\n\n"
-    text += table(("trial", "parameters judged", "tests", "with a warning or error", "refused", "codes"), sound)
+    text += table(("trial", "parameters judged", "tests", "with a warning or error", "refused", "codes",
+                   "tests with other seeds", "with a warning or error", "refused", "codes"), sound)
     trials = collections.defaultdict(collections.Counter)
     departures = collections.defaultdict(collections.Counter)
     for name, _, handling, *_ in cells:
@@ -65,9 +69,11 @@ def self_test():
     with tempfile.TemporaryDirectory() as folder:
         pathlib.Path(folder, "a.txt").write_text("sound\ta\t1 of 1\t10\t1\t0\tgap\ncell\ta/clock_fast/x10\t1e+03 ppm\tsilent\t5.10\tK\t0\t0\t\t\n"
                                                  "cell\ta/kelvin\t0 \theld\t1.00\tK\t0\t0\t\t\nimpossible\ta/order_changed: no\n", encoding="utf-8")
+        pathlib.Path(folder, "a.sound.txt").write_text("accused\ta\t100\t2\t0\tjumps\n", encoding="utf-8")
         data = read(folder)
         text = matrix(*data, "abc", "1.0")
         assert "2 cells of ten seeds: 1 held, 0 named, 0 cannot be seen, 0 refused, 1 silent; 1 could not be made" in text, text
+        assert "| a | 1 of 1 | 10 | 1 | 0 | gap | 100 | 2 | 0 | jumps |" in text, text
         assert "| a/clock_fast/x10 | 1e+03 ppm | 5.10 | K | 0 | 0 |" in text, text
         silent = pathlib.Path(folder, "silent")
         silent.write_text("# head\nold\n", encoding="utf-8")

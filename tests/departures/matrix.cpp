@@ -114,7 +114,7 @@ void judge_sizes(const Method& method, const Sound& sound, const Departure& depa
 
 }  // namespace
 
-Matrix matrix_of(const Method& method, double percent, std::size_t seeds) {
+Matrix matrix_of(const Method& method, const Drawn& drawn, std::size_t seeds) {
   Matrix matrix;
   const Sound sound = sound_tests(method, seeds);
   matrix.sound = accusations_in(sound.answers);
@@ -123,11 +123,22 @@ Matrix matrix_of(const Method& method, double percent, std::size_t seeds) {
     matrix.judged += std::ranges::any_of(sound.answers, [&](const Answer& answer) {
       return j < answer.deviations.size() && !std::isnan(answer.deviations[j]);
     });
-  for (const Departure& departure : departure_catalogue())
+  for (const Departure& departure : departure_catalogue()) {
+    if (!drawn.departure.empty() && drawn.departure != departure.name) continue;
     for (const std::string& target : targets_of(departure, sound.tests.front()))
-      if (is_drawn(fmt::format("{}/{}/{}", method.name, departure.name, target), percent))
+      if (is_drawn(fmt::format("{}/{}/{}", method.name, departure.name, target), drawn.percent))
         judge_sizes(method, sound, departure, target, matrix);
+  }
   return matrix;
+}
+
+Accusations accusations_of(const Method& method, std::uint64_t first, std::size_t seeds) {
+  std::vector<Answer> answers(seeds);
+  parallel_for(seeds, [&](std::size_t i) {
+    Trial trial = trials_of(method).first(first + i);
+    answers[i] = answer(simulated_test(std::move(trial.evidence), std::move(trial.truth), first + i));
+  });
+  return accusations_in(answers);
 }
 
 std::string text_of(const Method& method, const Matrix& matrix) {

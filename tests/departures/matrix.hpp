@@ -31,6 +31,11 @@ struct Row {
   std::string first_refusal = {};
   bool follows = false;  ///< it holds, since it holds at a greater size
 };
+/// Which cells are run.
+struct Drawn {
+  double percent = 100.0;      ///< of them
+  std::string departure = {};  ///< of this departure alone; empty: of all
+};
 /// The cells of a method, by its first trial, and what it makes of the sound tests.
 struct Matrix {
   Accusations sound;
@@ -38,7 +43,10 @@ struct Matrix {
   std::vector<Row> rows;
   std::vector<std::string> impossible;  ///< cells whose test cannot be made, with the reason
 };
-Matrix matrix_of(const Method& method, double percent, std::size_t seeds);
+Matrix matrix_of(const Method& method, const Drawn& drawn, std::size_t seeds);
+
+/// How many of the first trials of a method, seeds `first` to `first + seeds - 1`, are accused although they are sound.
+Accusations accusations_of(const Method& method, std::uint64_t first, std::size_t seeds);
 
 /// As lines of tables: what script/departures joins.
 std::string text_of(const Method& method, const Matrix& matrix);

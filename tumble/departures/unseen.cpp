@@ -20,6 +20,12 @@ const std::vector<Unseen>& unseen_departures() {
       {"asymmetry", "accelerometer_tumble",
        "at positions in a field of 1 g, two polarities that differ are nearly a second-order term, and what remains is "
        "below the errors of the positions"},
+      {"channel_sign", "polar_axis_tumble",
+       "the input axis turns across the axis of the Earth, so that no known rate shows the sign: every drift term has "
+       "the other one"},
+      {"unit_wrong", "polar_axis_tumble",
+       "the input axis turns across the axis of the Earth, so that no known rate shows the scale: every drift term is "
+       "multiplied"},
       {"asymmetry", "imu_turntable",
        "the mean of two polarities is a scale factor, and at faces and edges in 1 g their difference is a second-order "
        "term"},

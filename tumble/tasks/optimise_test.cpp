@@ -243,6 +243,7 @@ TEST_F(Predict, OptimisedScheduleStaysWithinTheRigAndTheTime) {
   options.step = si(45.0, "deg");
   options.criterion = DesignCriterion::D;
   options.total_time = 3600.0;
+  options.steps = 60;
   const auto found = optimise(plan, options, {});
   EXPECT_TRUE(find_rig("two_axis_table").refusals(found.schedule, plan.rig).empty());
   double total = 0.0;
@@ -259,6 +260,7 @@ TEST_F(Predict, WrittenPlanIsTheScheduleFoundAndKeepsEverythingElse) {
   OptimiseOptions options;
   options.terms = ten_terms;
   options.step = si(45.0, "deg");
+  options.steps = 12;
   const auto found = optimise(plan, options, {}), again = optimise(plan, options, {});
   const auto text = plan_with_schedule(plan, found.schedule);
   EXPECT_EQ(text, plan_with_schedule(plan, again.schedule)) << "the same bytes";
@@ -285,6 +287,7 @@ TEST_F(Predict, OptimisesRatesWhereThePlanHasRates) {
            "range = \"20 deg/s\"\n");
   OptimiseOptions options;
   options.terms = {"D_F", "scale_factor_error"};
+  options.steps = 12;
   const auto found = optimise(plan, options, {});
   EXPECT_EQ(told(found.estimate, "A-optimal"), "2 of 2");
   double fastest = 0.0;
@@ -364,6 +367,7 @@ TEST_P(OptimisedReadyPlan, MakesNoParameterWorseAndIsOneThatTheRigCanDo) {
   const Plan plan = load_plan(std::string(TUMBLE_SOURCE_DIR) + "/plans/" + GetParam() + ".toml", {});
   OptimiseOptions options;
   options.steps = 12;
+  options.step = si(45.0, "deg");
   const auto found = optimise(plan, options, {});
   EXPECT_TRUE(find_rig(plan.rig_kind).refusals(found.schedule, plan.rig).empty());
   Plan best = plan;
@@ -385,7 +389,7 @@ TEST_P(OptimisedReadyPlan, MakesNoParameterWorseAndIsOneThatTheRigCanDo) {
 
 INSTANTIATE_TEST_SUITE_P(Plans, OptimisedReadyPlan,
                          testing::Values("gyro_scale_factor", "rlg_north_finder", "accelerometer_tumble",
-                                         "polar_axis_tumble", "accelerometer_four_position", "sdof_gyro_centrifuge"),
+                                         "polar_axis_tumble", "accelerometer_four_position"),
                          [](const auto& entry) { return std::string(entry.param); });
 
 // The plan reaches 4 g; the arm could give 53.7 g, which nobody said that the gyro bears.
@@ -400,6 +404,7 @@ TEST_F(Predict, TheInstrumentIsNotLoadedBeyondItsRangeOrThePlan) {
   };
   OptimiseOptions options;
   options.steps = 0;
+  options.terms = {"D_F", "D_OO"};  // of all of them the search takes a minute
   EXPECT_LE(greatest(optimise(plan, options, {}).schedule), 1.01 * greatest(plan.schedule));
 }
 

@@ -79,7 +79,7 @@ void reverse(const Plan&, Recordings& recordings, const Happening& what) {
 }
 
 void amplify(const Plan&, Recordings& recordings, const Happening& what) {
-  edit_values(recordings, what.target, [&](double value) { return value * (1.0 + what.size); });
+  edit_measured(recordings, what.target, [&](double value) { return value * (1.0 + what.size); });
 }
 
 /// A thermometer's scale is in kelvin from 0 degC.
@@ -100,7 +100,7 @@ std::vector<Departure> of_channels() {
                        "gyro_counts_down", "scale_factor_negative", "scale_factor_of_other_sign", "axis_reversed",
                        "axes_mirrored", "gravity_inverted", "rates_inverted", "rotation_reversed_by_scale_factor",
                        "scale_factor_negative_in_set", "vibration_differs_from_reference", "wrong_horizontal_rate",
-                       "accelerometer_reversed"},
+                       "accelerometer_reversed", "known_input_differs"},
            .record = reverse},
           {.name = "outputs_exchanged",
            .summary = "two outputs of one kind are exchanged",
@@ -122,7 +122,7 @@ std::vector<Departure> of_channels() {
                        "scale_factor_far_from_reference", "improbable_gain", "force_probably_in_g", "unexpected_unit",
                        "force_differs_from_gravity", "gyro_gain_far_from_stated", "scale_factor_differs_at_rest",
                        "level_differs_from_reference", "vibration_differs_from_reference", "rest_differs_from_plan",
-                       "earth_rate_differs", "counts_not_whole", "gain_of_another_unit"},
+                       "earth_rate_differs", "counts_not_whole", "gain_of_another_unit", "known_input_differs"},
            .record = [](const Plan&, Recordings& r, const Happening& what) { mistake_unit(r, what.target); }},
           {.name = "kelvin",
            .summary = "a thermometer's column says degC and holds kelvin",
@@ -136,7 +136,7 @@ std::vector<Departure> of_channels() {
            .summary = "the acquisition multiplies an output",
            .targets = outputs,
            .told_by = {"scale_factor_far_from_given", "scale_factor_differs_at_rest", "force_differs_from_gravity",
-                       "different_tilts"},
+                       "different_tilts", "known_input_differs"},
            .unit = "ppm",
            .covered = covered_output_gain,
            .record = amplify},

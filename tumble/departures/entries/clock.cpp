@@ -39,15 +39,7 @@ void begin_in_unix_time(const Plan&, Recordings& recordings, const Happening& wh
 
 /// Windows that are longer hold more pulses; the total stays whole.
 void count_longer(const Plan&, Recordings& recordings, const Happening& what) {
-  edit_channel(recordings, what.target, [&](Channel& channel) {
-    double before = 0.0, total = 0.0;
-    for (double& value : channel.values) {
-      if (std::isnan(value)) continue;
-      total += value * (1.0 + what.size);
-      value = std::round(total) - before;
-      before += value;
-    }
-  });
+  edit_measured(recordings, what.target, [&](double value) { return value * (1.0 + what.size); });
 }
 
 std::vector<std::string> counts(const Plan& plan, const Recordings& recordings) {

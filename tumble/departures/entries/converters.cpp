@@ -55,17 +55,9 @@ double covered_step(const Plan&, const Recordings& recordings, const std::string
 /// A converter rounds each sample. A counter has whole pulses; one with coarse steps has a divider before it, which counts
 /// every n-th pulse and passes the rest on to the next window.
 void round_values(const Plan&, Recordings& recordings, const Happening& what) {
-  if (!is_count(recordings, what.target)) {
-    edit_values(recordings, what.target, [&](double value) { return std::round(value / what.size) * what.size; });
-    return;
-  }
-  const double step = std::max(1.0, std::round(what.size));
-  double rest = 0.0;
-  edit_values(recordings, what.target, [&](double value) {
-    const double all = value + rest, counted = step * std::floor(all / step);
-    rest = all - counted;
-    return counted;
-  });
+  if (is_count(recordings, what.target))
+    return divide_counts(recordings, what.target, std::max(1.0, std::round(what.size)));
+  edit_values(recordings, what.target, [&](double value) { return std::round(value / what.size) * what.size; });
 }
 
 }  // namespace

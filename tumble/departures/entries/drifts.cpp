@@ -62,9 +62,10 @@ void add_by_run(Recordings& recordings, const std::string& name, const std::func
   for (std::size_t k = 0; k < runs.size(); ++k)
     for (Channel& channel : recordings[runs[k].recording].channels) {
       if (channel.name != name) continue;
+      Counted counted(channel);
       for (std::size_t i = 0; i < channel.values.size(); ++i)
         if (const double time = channel.time(i); runs[k].begin <= time && time < runs[k].end)
-          channel.values[i] += added(k);
+          channel.values[i] = counted(channel.values[i] + added(k));
     }
 }
 

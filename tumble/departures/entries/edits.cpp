@@ -134,10 +134,36 @@ void edit_values(Recordings& recordings, const std::string& name, const std::fun
   });
 }
 
+Counted::Counted(const Channel& channel, double step) : step_(channel.kind == QuantityKind::count ? step : 0.0) {}
+
+double Counted::operator()(double value) {
+  if (!(step_ > 0.0) || std::isnan(value)) return value;
+  const double all = value + rest_, counted = step_ * std::round(all / step_);
+  rest_ = all - counted;
+  return counted;
+}
+
+void edit_measured(Recordings& recordings, const std::string& name, const std::function<double(double)>& edit) {
+  edit_channel(recordings, name, [&](Channel& channel) {
+    Counted counted(channel);
+    for (double& value : channel.values)
+      if (!std::isnan(value)) value = counted(edit(value));
+  });
+}
+
+void divide_counts(Recordings& recordings, const std::string& name, double n) {
+  edit_channel(recordings, name, [&](Channel& channel) {
+    Counted counted(channel, n);
+    for (double& value : channel.values) value = counted(value);
+  });
+}
+
 void add_along(Recordings& recordings, const std::string& name, const std::function<double(double)>& added) {
   edit_channel(recordings, name, [&](Channel& channel) {
+    Counted counted(channel);
     const auto last = static_cast<double>(std::max<std::size_t>(channel.values.size(), 2) - 1);
-    for (std::size_t i = 0; i < channel.values.size(); ++i) channel.values[i] += added(static_cast<double>(i) / last);
+    for (std::size_t i = 0; i < channel.values.size(); ++i)
+      channel.values[i] = counted(channel.values[i] + added(static_cast<double>(i) / last));
   });
 }
 

@@ -40,7 +40,23 @@ void edit_channels(Recordings& recordings, const std::vector<std::string>& names
                    const std::function<void(Channel&)>& edit);
 /// Replaces each sample [SI of the channel], but missing ones.
 void edit_values(Recordings& recordings, const std::string& name, const std::function<double(double)>& edit);
-/// Adds to each sample of the channel the value [SI] that the function gives for its fraction of the record (0 to 1).
+/// Values as a channel shows them, one after another: a counter has whole steps of so many pulses, and passes the rest on to the
+/// next window. Other channels are shown as they are.
+class Counted {
+ public:
+  explicit Counted(const Channel& channel, double step = 1.0);
+  double operator()(double value);  ///< [SI of the channel]
+
+ private:
+  double step_, rest_ = 0.0;
+};
+/// As edit_values [SI of the channel], where the instrument or its electronics change: counts stay whole, the rest is passed on
+/// to the next window.
+void edit_measured(Recordings& recordings, const std::string& name, const std::function<double(double)>& edit);
+/// Counts every n-th pulse, n [1]: a divider before the counter of a channel.
+void divide_counts(Recordings& recordings, const std::string& name, double n);
+/// Adds to each sample of the channel the value [SI] that the function gives for its fraction of the record (0 to 1); counts stay
+/// whole.
 void add_along(Recordings& recordings, const std::string& name, const std::function<double(double)>& added);
 
 /// Response of electronics to the samples of a channel, whose interval is `step` [s]; a missing sample stays missing and counts as the one before.

@@ -42,7 +42,7 @@ void ignore_small(const Plan&, Recordings& recordings, const Happening& what) {
 double covered_asymmetry(const Plan&, const Recordings&, const std::string&) { return 100e-6; }  // as a gain
 
 void amplify_positive(const Plan&, Recordings& recordings, const Happening& what) {
-  edit_values(recordings, what.target, [&](double value) { return value > 0.0 ? value * (1.0 + what.size) : value; });
+  edit_measured(recordings, what.target, [&](double value) { return value > 0.0 ? value * (1.0 + what.size) : value; });
 }
 
 }  // namespace

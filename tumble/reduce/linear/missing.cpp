@@ -112,6 +112,14 @@ void add_steps(const Work& work, const std::vector<Course>& courses, std::vector
                    }});
 }
 
+/// A known input with another size than the plan gives it: an output that is reversed, or read in another unit.
+void add_known_input(const Work& work, std::vector<MissingTerm>& all) {
+  if (work.rows.input.empty()) return;
+  all.push_back({"known_input_differs", work.rows.input, [](double coefficient) {
+                   return std::vector<FindingValue>{{"gain", 1.0 + coefficient}};
+                 }});
+}
+
 void add_time_term(const std::vector<Course>& courses, std::vector<MissingTerm>& all) {
   const auto [first, last] = std::ranges::minmax(courses, {}, &Course::time);
   const double length = last.time - first.time;
@@ -129,6 +137,7 @@ std::vector<MissingTerm> missing_terms(const Problem& problem, const Work& work)
   const auto courses = output_courses(work.evidence, problem, work.rows, coefficients, axes);
   std::vector<MissingTerm> all;
   if (const double largest = largest_output(courses); largest > 0.0) add_curves(courses, largest, all);
+  add_known_input(work, all);
   add_lags(courses, all);
   add_time_term(courses, all);
   add_harmonics(courses, axes, all);
