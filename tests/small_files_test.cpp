@@ -49,8 +49,8 @@ INSTANTIATE_TEST_SUITE_P(Attack, SmallFiles,
                                            SmallFile{"mat_skipped_names.mat.gz", "gyro", 1},
                                            SmallFile{"mat_tiny_arrays.mat.gz", "c", 0},
                                            SmallFile{"ulog_empty_formats.ulg", "", 0}),
-                         [](const auto& info) {
-                           const std::string name = info.param.name;
+                         [](const auto& file) {
+                           const std::string name = file.param.name;
                            return name.substr(0, name.find('.'));
                          });
 

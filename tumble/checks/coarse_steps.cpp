@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <set>
 #include <vector>
@@ -18,20 +19,16 @@ using namespace support;
 /// That counts have a common factor by chance: 1/n for each further number that differs. Chosen: one in ten million.
 constexpr double chance = 1e-7;
 
-/// [1] of the neighbours that are equal: with fewer, the input moves by more than a step from sample to sample, and the rounding
-/// averages out.
-constexpr double least_equal = 0.01;
-
-double share_of_equal_neighbours(const std::vector<double>& values) {
-  double equal = 0.0;
-  for (std::size_t i = 1; i < values.size(); ++i) equal += values[i] == values[i - 1] ? 1.0 : 0.0;
-  return values.size() < 2 ? 0.0 : equal / static_cast<double>(values.size() - 1);
+/// Whether each value is beyond the one before, on one side: a ramp of more than a step from sample to sample shows no rounding.
+bool is_ramp(const std::vector<double>& values) {
+  return std::ranges::adjacent_find(values, std::ranges::greater_equal()) == values.end() ||
+         std::ranges::adjacent_find(values, std::ranges::less_equal()) == values.end();
 }
 
 /// Samples of the unit that are rounded one by one.
 Findings of_values(const Channel& channel) {
   const Grain grain = grain_of(channel.values);
-  if (!is_coarse(grain) || share_of_equal_neighbours(channel.values) < least_equal) return {};
+  if (!is_coarse(grain) || is_ramp(channel.values)) return {};
   const double noise = std::sqrt(std::max(0.0, grain.scatter * grain.scatter - grain.step * grain.step / 12.0));
   const Unit unit = channel.unit.offset() == 0.0 ? channel.unit : Unit::parse("K");
   return {{Finding::Severity::warning,

@@ -62,6 +62,8 @@ TEST(SampleChecks, ARampWithoutNoiseHasNoSteps) {
     return t < 5.0 ? 0.0 : t < 10.0 ? 10.0 * (t - 5.0) : 50.0;
   });
   EXPECT_EQ(codes("coarse_steps", ramps), "");
+  const auto one = series(40, [](std::size_t i) { return 0.001 * static_cast<double>(i); });
+  EXPECT_EQ(codes("coarse_steps", one), "");
 }
 
 TEST(SampleChecks, StepsWithinTheNoiseAreNot) {
