@@ -289,10 +289,24 @@ Estimate identify(const Plan& plan, const std::vector<std::string>& recordings, 
   return identify(gather(plan, recordings, progress), progress);
 }
 
+namespace {
+
+/// The channels of a record in several files, with a sample each. Their kind is not kept: they are outputs.
+Recording channels_of(const RecordPiece& piece) {
+  Recording recording;
+  for (const auto& channel : piece.channels)
+    recording.channels.push_back(
+        {channel.label, QuantityKind::angular_rate, Unit{}, {channel.begin, channel.rate, {}}, {0.0}});
+  return recording;
+}
+
+}  // namespace
+
 Estimate identify_pieces(const Plan& plan, const std::vector<RecordPiece>& pieces,
                          const std::vector<std::string>& sha256, const NoisePart& joined) {
   Estimate estimate = joined.estimate(plan);
   add_doubts(plan, estimate);
+  if (!pieces.empty()) add_unseen({plan, {channels_of(pieces.front())}}, estimate);
   describe(plan, estimate);
   std::vector<RecordingTimes> times;
   std::vector<NoticedIn> noticed;
