@@ -162,7 +162,7 @@ TEST(RecordedTurns, AFrequencyIsThatOfTheEncoder) {
   for (const double ratio : {1.0001, 1.02}) {
     Evidence evidence = under_way(oscillating);
     evidence.plan.schedule[1].axes["inner"].frequency = oscillating.frequency / ratio;
-    const Motion& found = motion_of(recorded_turns(evidence));
+    const Motion found = motion_of(recorded_turns(evidence));
     EXPECT_NEAR(found.frequency, oscillating.frequency, 1e-9) << ratio;
     EXPECT_NEAR(std::remainder(found.phase - two_pi * oscillating.frequency * late, two_pi), 0.0, 1e-6) << ratio;
   }
