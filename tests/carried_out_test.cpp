@@ -4,13 +4,17 @@
 
 #include <algorithm>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "tumble/core/testing/asserts.hpp"
 #include "tumble/departures/departure.hpp"
+#include "tumble/formats/format.hpp"
+#include "tumble/formats/testing/scratch_folder.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/trials.hpp"
+#include "tumble/tasks/departed.hpp"
 #include "tumble/tasks/tasks.hpp"
 
 namespace tumble {
@@ -60,6 +64,27 @@ TEST(CarriedOut, SamplesInBurstsGiveWhatEvenOnesGive) {
   for (std::size_t j = 0; j < even.parameters.size(); ++j)
     EXPECT_NEAR(late.parameters[j].value, even.parameters[j].value, 0.5 * standard_uncertainty(late, j))
         << even.parameters[j].name;
+}
+
+/// What is found does not depend on whether the samples come from a file, of which only some columns are read.
+TEST(CarriedOut, AFileShowsWhatARecordingInMemoryShows) {
+  const ScratchFolder scratch;
+  for (const std::string name : {"accelerometer_tumble", "polar_axis_tumble", "gyro_scale_factor"}) {
+    const Plan plan = load_plan(TUMBLE_SOURCE_DIR "/plans/" + name + ".toml", {});
+    const auto recordings = simulate_departed(plan, wanted_departures({"encoder_at_rest"}), 1);
+    ASSERT_EQ(recordings.size(), 1u) << name;
+    const std::string file = scratch.file(name + ".h5");
+    write_recording(recordings.front(), file);
+    const auto codes = [](const Findings& findings) {
+      std::set<std::string> all;
+      for (const Finding& finding : findings)
+        if (finding.severity != Finding::Severity::info) all.insert(finding.code);
+      return all;
+    };
+    const auto in_memory = codes(identify(Evidence{plan, recordings}, {}).findings);
+    EXPECT_EQ(codes(identify(plan, {file}, std::size_t{1} << 30, {}).findings), in_memory) << name;
+    EXPECT_FALSE(in_memory.empty()) << name;
+  }
 }
 
 }  // namespace

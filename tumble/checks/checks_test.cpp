@@ -287,6 +287,7 @@ double trapezoid(std::size_t i) {
   return 100.0 * std::clamp(std::min(t - 10.0, 60.0 - t) / 10.0, 0.0, 1.0);
 }
 
+// NOLINTNEXTLINE(readability-function-size): a table, one entry after another
 const std::vector<Clean>& clean_signals() {
   static const std::vector<Clean> all{
       {"white noise", [](std::size_t, double w) { return w; }},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace tumble {
 namespace {
@@ -10,7 +11,9 @@ constexpr std::size_t fewest_zeros = 10;  ///< of an output without steps one is
 constexpr double near_zero = 0.1;         ///< [sd of a sample] within which values are looked for ...
 constexpr std::size_t fewest_near_zero = 20;
 constexpr double least_near_zero = 0.2;  ///< ... of which the nearest must be within this part: no step, no dead band
-constexpr double far_from_zero = 5.0;    ///< [sd of a sample] of all others: zero is no value of such an output
+constexpr double step_beside =
+    1.5;  ///< [steps between the two smallest sizes] the next value: zero is a step of the output
+constexpr double far_from_zero = 5.0;  ///< [sd of a sample] of all others: zero is no value of such an output
 
 bool are_no_values(std::span<const double> values) {
   std::size_t zeros = 0, count = 0, near = 0;
@@ -23,13 +26,18 @@ bool are_no_values(std::span<const double> values) {
   }
   if (zeros < fewest_zeros || count <= zeros) return false;  // mostly zero: a dead band, or steps beyond the noise
   const double sd = std::sqrt(0.5 * squares / static_cast<double>(count));
+  double second = INFINITY;
   for (const double value : values) {
     const double size = std::abs(value);
     if (value == 0.0 || std::isnan(value)) continue;
-    nearest = std::min(nearest, size);
+    if (size < nearest)
+      second = std::exchange(nearest, size);
+    else if (size > nearest)
+      second = std::min(second, size);
     if (size < near_zero * sd) ++near;
   }
-  return near >= fewest_near_zero ? nearest < least_near_zero * near_zero * sd : nearest > far_from_zero * sd;
+  if (near >= fewest_near_zero) return nearest < least_near_zero * near_zero * sd;
+  return nearest > far_from_zero * sd && nearest > step_beside * (second - nearest);
 }
 
 }  // namespace

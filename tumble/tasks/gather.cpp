@@ -32,13 +32,12 @@ std::vector<std::string> columns_of(const Plan& plan, const Role& role) {
 /// Whether it cannot be known before a file is read which of its columns play the role.
 bool open_ended(const Plan& plan, const Role& role) { return role.several && !plan.channels.contains(role.name); }
 
-/// The encoders of axes that turn or oscillate, which identify() looks at for every method.
+/// The encoders of all axes that the schedules name, which identify() looks at for every method.
 std::vector<std::string> encoders_of(const Plan& plan) {
   std::set<std::string> axes;
   const auto add = [&](const Plan& one) {
     for (const Segment& segment : one.schedule)
-      for (const auto& [axis, motion] : segment.axes)
-        if (motion.kind == Motion::Kind::rate || motion.kind == Motion::Kind::sine) axes.insert(axis);
+      for (const auto& [axis, motion] : segment.axes) axes.insert(axis);
   };
   add(plan);
   for (const RecordingEntry& entry : plan.recordings)

@@ -152,6 +152,13 @@ bool rounds_samples(const Evidence& evidence, const Problem& problem) {
          channel->kind != QuantityKind::angle;
 }
 
+/// Whether the output counts pulses of a size that is not known before: rounding to whole ones is one noise where the rig rests and
+/// another where it moves.
+bool counts_unknown_pulses(const Evidence& evidence, const Problem& problem) {
+  const Channel* channel = channel_for(evidence, evidence.recordings.front(), problem.role);
+  return !(problem.pulse > 0.0) && channel && channel->kind == QuantityKind::count;
+}
+
 /// The rounding of a coarse output moves the mean of each segment.
 void add_rounding(const Evidence& evidence, const Problem& problem, Work& work) {
   if (!rounds_samples(evidence, problem)) return;
@@ -224,7 +231,7 @@ void finish(const Evidence& evidence, const Problem& problem, Work& work) {
   describe_dropped(problem, solution);
   warn_of_lack_of_fit(problem, work);
   warn_of_begins(problem, work);
-  warn_of_motion(problem, work);
+  if (!counts_unknown_pulses(evidence, problem)) warn_of_motion(problem, work);
   warn_of_missing_terms(problem, work);
 }
 
