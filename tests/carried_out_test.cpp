@@ -14,6 +14,7 @@
 #include "tumble/formats/testing/scratch_folder.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/trials.hpp"
+#include "tumble/sim/simulate.hpp"
 #include "tumble/tasks/departed.hpp"
 #include "tumble/tasks/tasks.hpp"
 
@@ -64,6 +65,15 @@ TEST(CarriedOut, SamplesInBurstsGiveWhatEvenOnesGive) {
   for (std::size_t j = 0; j < even.parameters.size(); ++j)
     EXPECT_NEAR(late.parameters[j].value, even.parameters[j].value, 0.5 * standard_uncertainty(late, j))
         << even.parameters[j].name;
+}
+
+/// Rounding to whole pulses is less at rest, where the counter hardly moves, than at a rate: that is no other motion.
+TEST(CarriedOut, ASoundCounterShowsNoOtherMotion) {
+  const Plan plan = load_plan(TUMBLE_SOURCE_DIR "/plans/gyro_scale_factor.toml", {});
+  for (std::uint64_t seed = 1; seed <= 12; ++seed)
+    EXPECT_FALSE(
+        warns_of(identify(Evidence{plan, {simulate(plan, seed, {})}}, {}).findings, "motion_differs_from_model"))
+        << seed;
 }
 
 /// What is found does not depend on whether the samples come from a file, of which only some columns are read.

@@ -232,6 +232,14 @@ void add_planned(const PowerUp& power_up, const Conducted::Place& place, std::si
 
 }  // namespace
 
+Finding segments_not_recorded(int run, const std::vector<std::string>& labels) {
+  return {Finding::Severity::warning,
+          "not_recorded",
+          {{"segments", fmt::format("'{}'", fmt::join(labels, "', '"))}},
+          fmt::format("run {}", run),
+          {labels.size(), labels.front(), {}}};
+}
+
 namespace {
 
 /// A warning for each run of a plan of which some segments have no mark in any recording.
@@ -249,11 +257,7 @@ void warn_of_unrecorded(const Plan& plan, const std::vector<std::vector<MarkedSe
       if (segment.run == run && !recorded.contains(&segment) && !passed_over(segment, options))
         labels.push_back(segment.label);
     if (labels.empty()) continue;
-    findings.push_back({Finding::Severity::warning,
-                        "not_recorded",
-                        {{"segments", fmt::format("'{}'", fmt::join(labels, "', '"))}},
-                        fmt::format("run {}", run),
-                        {labels.size(), labels.front(), {}}});
+    findings.push_back(segments_not_recorded(run, labels));
   }
 }
 

@@ -128,6 +128,9 @@ std::vector<std::size_t> first_alike(const ConductedTest& test);
 /// A warning: the segment is not used, and why.
 Finding unused_segment(const std::string& label, int run, Phrase why);
 
+/// That no recording has these segments of a run.
+Finding segments_not_recorded(int run, const std::vector<std::string>& labels);
+
 /// Throws    Error of this kind, with all findings, where a test has no stretch
 void refuse_unused(const ConductedTest& test, Error::Kind kind);
 

@@ -192,11 +192,7 @@ void warn_of_missing(const Recorded& recorded, Findings& findings) {
       if (segment.run == run && rate_of(segment, "arm") != 0.0 && !recorded.segments.contains(&segment))
         labels.push_back(segment.label);
     if (labels.empty()) continue;
-    findings.push_back({Finding::Severity::warning,
-                        "not_recorded",
-                        {{"segments", fmt::format("'{}'", fmt::join(labels, "', '"))}},
-                        fmt::format("run {}", run),
-                        {labels.size(), labels.front(), {}}});
+    findings.push_back(segments_not_recorded(run, labels));
   }
 }
 

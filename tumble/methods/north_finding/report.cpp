@@ -58,9 +58,6 @@ void add_parameters(const Bench& bench, const Solution& solution, Estimate& esti
   estimate.fit = solution.fit;
 }
 
-Unit arcsec() { return Unit::parse("arcsec"); }
-Unit degrees() { return Unit::parse("deg"); }
-
 Table budget_of(const Estimate& estimate) {
   struct Line {
     std::string source;

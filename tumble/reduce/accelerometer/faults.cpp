@@ -27,7 +27,8 @@ using linear::Solution;
 /// [sd], and [1] of the output, within which two segments show the same.
 constexpr double same_output_sd = 10.0, same_output = 1e-6;
 
-constexpr double same_angle = 1e-6;    ///< [rad] within which two angles of a plan are one
+/// [rad] an arcminute: recorded angles of one position differ by seconds of arc.
+constexpr double same_angle = 3e-4;
 constexpr double rare_fault = 0.5e-4;  ///< p-value on each side, of the best of all attempts
 /// [1] by which residuals must shrink at least, where many positions make less significant.
 constexpr double least_factor = 5.0;

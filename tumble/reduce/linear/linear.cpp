@@ -152,8 +152,8 @@ bool rounds_samples(const Evidence& evidence, const Problem& problem) {
          channel->kind != QuantityKind::angle;
 }
 
-/// Whether the output counts pulses of a size that is not known before: rounding to whole ones is one noise where the rig rests and
-/// another where it moves.
+/// Whether the output counts pulses of a size that is not known before: rounding to whole ones is one noise where the rig
+/// rests and another where it moves.
 bool counts_unknown_pulses(const Evidence& evidence, const Problem& problem) {
   const Channel* channel = channel_for(evidence, evidence.recordings.front(), problem.role);
   return !(problem.pulse > 0.0) && channel && channel->kind == QuantityKind::count;

@@ -151,8 +151,8 @@ struct FoundTerm {
   AddedTerm test;
 };
 
-///
-/// Given: misfit   whether the segments that move show far more than noise: a term that explains little of it is no name for it
+/// Given: misfit   whether the segments that move show far more than noise: a term that explains little of it is no name
+/// for it
 FoundTerm strongest_of(const std::vector<MissingTerm>& all, const std::vector<std::vector<AddedTerm>>& tests,
                        bool misfit) {
   double count = 0.0;

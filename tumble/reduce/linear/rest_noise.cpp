@@ -10,7 +10,6 @@
 #include "tumble/math/square.hpp"
 #include "tumble/reduce/linear/boundaries.hpp"
 #include "tumble/reduce/linear/work.hpp"
-#include "tumble/reduce/pulses/rounding.hpp"
 
 namespace tumble::linear {
 namespace {
@@ -83,21 +82,6 @@ Noise pooled(const std::vector<RowScatter>& scatters) {
 
 }  // namespace
 
-namespace {
-
-/// What rounding to whole pulses adds to the noise of the rows in motion [SI^2 s], on average.
-double rounding_in_motion(const Problem& problem, const Work& work) {
-  double sum = 0.0, count = 0.0;
-  for (std::size_t i = 0; i < work.rows.weights.size(); ++i) {
-    if (work.evidence.uniform(work.rows.segment[i])) continue;
-    sum += work.rows.weights[i] * pulses::rounding_variance(problem.pulse, work.rows.weights[i]);
-    ++count;
-  }
-  return count > 0.0 ? sum / count : 0.0;
-}
-
-}  // namespace
-
 void warn_of_motion(const Problem& problem, Work& work) {
   std::vector<RowScatter> rest;
   double freedom = -static_cast<double>(work.data.design.columns), resting = 0.0, largest = 0.0;
@@ -108,14 +92,11 @@ void warn_of_motion(const Problem& problem, Work& work) {
     rest.push_back(scatter_of(work, first, end));
     resting += rest.back().freedom();
   }
-  Noise at_rest = pooled(rest);
-  const double rest_variance = at_rest.variance;
+  const Noise at_rest = pooled(rest);
   const double moving = freedom - resting;
   if (at_rest.freedom < least_freedom_of_noise || moving < least_freedom_of_noise) return;
-  // rounding to whole pulses was subtracted where the rig rests, and is noise where it moves
-  if (problem.pulse > 0.0) at_rest.variance += rounding_in_motion(problem, work);
   // the white noise of the fit is that of both, without what the known errors of the rig do within the segments
-  const double in_motion = (work.solution.fit.white_variance * freedom - rest_variance * resting) / moving;
+  const double in_motion = (work.solution.fit.white_variance * freedom - at_rest.variance * resting) / moving;
   const double ratio = in_motion / at_rest.variance;
   if (!(ratio > motion_over_rest) || std::sqrt(in_motion / work.rows.weights.front()) < rounding_share * largest)
     return;

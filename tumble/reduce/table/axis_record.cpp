@@ -268,8 +268,8 @@ std::optional<Finding> another_motion_in(const AxisRecord& axis, const Observed&
 struct Stands {
   std::vector<const Observed*> all;
   std::vector<const Observed*> parked;  ///< elsewhere, after the axis turned: many tables stop where they are
-  std::vector<double> apart;            ///< of each place [rad]
-  double zero = 0.0, sd = 0.0;          ///< of the encoder beside the plan [rad]; of a stand, by the rig
+  std::vector<double> apart;    ///< of each place [rad]; at the planned angle of the one before it may be another
+  double zero = 0.0, sd = 0.0;  ///< of the encoder beside the plan [rad]; of a stand, by the rig
 
   bool differ() const {
     double squares = 0.0;
@@ -298,11 +298,11 @@ bool parks(const std::vector<Observed>& all) {
 Stands stands_in(const Plan& plan, const std::vector<Observed>& all) {
   Stands stands;
   const bool parking = parks(all);
-  double before = std::nan("");
+  const Observed* before = nullptr;
   bool turned = false;
   for (const Observed& one : all) {
     if (!one.stands() || !is_still(one)) {
-      before = std::nan("");
+      before = nullptr;
       turned = turned || one.motion->kind == Kind::rate;
       continue;
     }
@@ -312,8 +312,10 @@ Stands stands_in(const Plan& plan, const std::vector<Observed>& all) {
     }
     turned = false;
     stands.all.push_back(&one);
-    if (one.motion->value != before) stands.apart.push_back(one.apart);
-    before = one.motion->value;
+    const bool stayed = before != nullptr && one.motion->value == before->motion->value &&
+                        std::abs(one.apart - before->apart) < other_angle;
+    if (!stayed) stands.apart.push_back(one.apart);
+    before = &one;
   }
   const auto n = static_cast<double>(stands.apart.size());
   const double of_each = std::max(rig_sd(plan, "repeatability_sd"), finest_stand);

@@ -215,6 +215,19 @@ TEST(RecordedTurns, AnEncoderWhoseZeroIsOffIsNamedAndThePlansZeroIsUsed) {
   EXPECT_EQ(turns.plan.schedule[1].axes.at("inner").value, si(30.0, "deg"));
 }
 
+// A plan that writes one angle twice in succession says that the axis stays: the encoder shows that it did not.
+TEST(RecordedTurns, AnAxisThatMovedWhereThePlanHasItStayIsNamed) {
+  const Plan carried_out = plan_of_stands();
+  Evidence evidence{carried_out, {simulate(carried_out, 3, {})}};
+  auto& schedule = evidence.plan.schedule;
+  const double there = schedule[2].axes.at("inner").value;
+  schedule[2].axes.at("inner").value = schedule[1].axes.at("inner").value;
+  const auto turns = recorded_turns(evidence);
+  ASSERT_EQ(turns.findings.size(), 1u);
+  EXPECT_EQ(turns.findings[0].code, "angle_off_plan");
+  EXPECT_NEAR(turns.plan.schedule[2].axes.at("inner").value, there, 30.0 * arcsecond);
+}
+
 TEST(RecordedTurns, RepetitionsHaveThePhasesOfTheirOwn) {
   const double rate = si(70.0, "deg/s");
   Evidence evidence = under_way({.kind = Motion::Kind::rate, .value = rate});
