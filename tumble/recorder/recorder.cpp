@@ -18,6 +18,9 @@ Recorder::Recorder(const std::string& folder, Disk& disk, const RecorderOptions&
 }
 Recorder::~Recorder() = default;
 
+Recorder::Whole::Whole(Recorder& recorder) : recorder_(recorder) { recorder.inner_->writer.hold(); }
+Recorder::Whole::~Whole() { recorder_.inner_->writer.release(); }
+
 std::size_t Recorder::add_link(const StoreLink& link) {
   return inner_->writer.append([&](Front& front) { return front.add_link(link); });
 }

@@ -119,6 +119,19 @@ class Recorder {
   /// A fact about the run, by name: written with the next commit. The last value of a name holds.
   void set(const std::string& name, const std::string& value);
 
+  /// While one lives, nothing is committed: what its thread appends meanwhile is found whole after a power cut, or not at
+  /// all. Bytes and the samples that they give are such a whole. Nobody flushes or closes while holding one.
+  class Whole {
+   public:
+    explicit Whole(Recorder& recorder);
+    Whole(const Whole&) = delete;
+    Whole& operator=(const Whole&) = delete;
+    ~Whole();
+
+   private:
+    Recorder& recorder_;
+  };
+
   // The functions below return the sequence number of the item; 0: not recorded, because the recording has stopped, and
   // failure() says why.
 

@@ -56,6 +56,7 @@ void InstrumentRecorder::sent(double time, std::string_view bytes) {
 }
 
 bool InstrumentRecorder::receive(double time, std::string_view bytes) {
+  const Recorder::Whole whole(recorder_);
   if (recorder_.raw(link_, StoreDirection::received, time, bytes) == 0) return false;
   arrivals_.emplace_back(stream_.counts().bytes + bytes.size(), time);
   stream_.feed(bytes, [&](const StreamFrame& frame) { take(frame); });

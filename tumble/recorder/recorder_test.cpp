@@ -55,6 +55,27 @@ TEST(Recorder, AcknowledgesWithinTheTimeThatWasAskedFor) {
   EXPECT_EQ(recorder.acknowledged().time, 1.5);
 }
 
+TEST(Recorder, CommitsNothingBetweenTheItemsOfAWhole) {
+  const ScratchFolder folder;
+  Disk disk;
+  auto options = small_options(true);
+  options.commit_after = 0.01;
+  Recorder recorder(folder.path, disk, options);
+  begin_run(recorder);
+  recorder.flush();
+  const std::uint64_t before = recorder.acknowledged().sequence;
+  std::uint64_t last = 0;
+  {
+    const Recorder::Whole whole(recorder);
+    recorder.raw(0, StoreDirection::received, 1.5, std::string(2 * options.commit_bytes, 'x'));
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    EXPECT_EQ(recorder.acknowledged().sequence, before);
+    last = recorder.raw(0, StoreDirection::received, 1.6, "abc");
+  }
+  EXPECT_TRUE(recorder.flush());
+  EXPECT_EQ(recorder.acknowledged().sequence, last);
+}
+
 TEST(Recorder, CommitsAFullChunkAtOnce) {
   const ScratchFolder folder;
   Disk disk;

@@ -94,12 +94,31 @@ void Writer::fail(StoreFailure::Kind kind, Sentence text) {
 }
 
 /// More waits than may: the disk is too slow. What waits is written still, what comes is refused.
-void Writer::overflow() {
+void Writer::look_for_overflow() {
+  if (failure_ || front_.bytes() <= options_.queue_bytes) return;
   fail(StoreFailure::Kind::overflow,
        say("the disk is too slow: {:.0f} MB waited to be written, and the recording was stopped; everything "
            "up to then is kept",
            static_cast<double>(front_.bytes()) * 1e-6));
   front_.event({front_.time(), EventKind::stopped, {}, failure_->text, {}});
+}
+
+void Writer::hold() {
+  const std::lock_guard lock(mutex_);
+  ++holds_;
+}
+
+void Writer::release() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (--holds_ > 0) return;
+    look_for_overflow();
+  }
+  whole_.notify_all();
+}
+
+void Writer::wait_for_wholes(std::unique_lock<std::mutex>& lock) {
+  whole_.wait(lock, [this] { return holds_ == 0; });
 }
 
 void Writer::work() {
@@ -109,6 +128,7 @@ void Writer::work() {
   for (;;) {
     changed_.wait(lock, begun);
     changed_.wait_for(lock, std::chrono::duration<double>(options_.commit_after), now);
+    wait_for_wholes(lock);
     if (stopping_ && front_.empty()) return;
     commit_one(lock);
   }
@@ -168,6 +188,7 @@ void Writer::look_for_store() {
 /// A full disk: the reserve is given up for what waits and the end record. Any other error: nothing more is written,
 /// because a disk that has failed once cannot be believed.
 void Writer::handle(const Refusal& refusal, Batch batch, std::unique_lock<std::mutex>& lock) {
+  wait_for_wholes(lock);
   if (refusal.input_output()) disk_.note_failure();
   if (!refusal.full() || disk_.failed()) {
     fail(StoreFailure::Kind::disk,

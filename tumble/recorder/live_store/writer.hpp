@@ -27,10 +27,14 @@ class Writer {
     const bool waited = !front_.empty();
     const std::uint64_t result = work(front_);
     load_.most_pending = std::max(load_.most_pending, front_.bytes());
-    if (front_.bytes() > options_.queue_bytes) overflow();
+    if (holds_ == 0) look_for_overflow();
     if (!waited || front_.urgent()) changed_.notify_all();
     return result;
   }
+
+  /// Until as many releases nothing is taken from the front, and no failure falls between.
+  void hold();
+  void release();
 
   bool flush(double within = std::numeric_limits<double>::infinity());  ///< [s]
   Acknowledged acknowledged() const;
@@ -40,8 +44,9 @@ class Writer {
   bool close(double time, const Sentence& ending);
 
  private:
-  void overflow();
+  void look_for_overflow();
   void work();
+  void wait_for_wholes(std::unique_lock<std::mutex>& lock);
   /// Writes one batch; the lock is not held meanwhile.
   void commit_one(std::unique_lock<std::mutex>& lock);
   bool try_write(const Batch& batch, std::unique_lock<std::mutex>& lock);
@@ -62,9 +67,10 @@ class Writer {
   std::optional<StoreFailure> failure_;
   bool reported_ = false, closed_ = false, stopping_ = false;
   std::uint64_t asked_ = 0, answered_ = 0;  ///< flushes
+  int holds_ = 0;
   StoreLoad load_;
   mutable std::mutex mutex_;
-  std::condition_variable changed_, written_;
+  std::condition_variable changed_, written_, whole_;
   std::thread thread_;
 };
 
