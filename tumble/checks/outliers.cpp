@@ -79,9 +79,16 @@ struct Outlier {
   double distance = 0.0, usual = 0.0;
 };
 
+/// Whether a sample goes on the line through the two before it, or that through the two behind it, where a motion that
+/// turns round has a corner.
+bool is_corner(const std::vector<double>& x, std::size_t i, double within) {
+  const auto goes_on = [&](double next, double second) { return std::abs(x[i] - (2.0 * next - second)) <= within; };
+  return (i >= 2 && goes_on(x[i - 1], x[i - 2])) || (i + 2 < x.size() && goes_on(x[i + 1], x[i + 2]));
+}
+
 /// Samples that stand apart from both neighbours, on the same side, by eight times the usual bend: that of the block,
 /// and of what comes just before and just after, so that the onset of a motion is none. A step is none either, nor is a
-/// knock, which rings: no sample nearby may bend by a third as much.
+/// corner, nor a knock, which rings: no sample nearby may bend by a third as much.
 /// Nor is what comes within `near` samples of the beginning of a segment, where the rig moves.
 std::vector<Outlier> find_outliers(const Channel& channel, double quantum, const std::vector<std::size_t>& moves) {
   const std::vector<double>& x = channel.values;
@@ -104,7 +111,7 @@ std::vector<Outlier> find_outliers(const Channel& channel, double quantum, const
       const double local = std::max({usual, before, after});
       const double rings = std::max(greatest_bend(x, i > ringing + 1 ? i - ringing - 1 : 1, i - 1),
                                     greatest_bend(x, i + 2, i + 2 + ringing));
-      if (!(distance > far * local) || rings > distance * most_ringing) continue;
+      if (!(distance > far * local) || rings > distance * most_ringing || is_corner(x, i, far * local)) continue;
       found.push_back({channel.time(i), distance, local});
     }
   }

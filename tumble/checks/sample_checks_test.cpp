@@ -215,5 +215,14 @@ TEST(SampleChecks, CountsInThousandsAreSaid) {
   EXPECT_EQ(codes("units", rounded_to(1e-3, means), "pulse"), "");
 }
 
+/// A rig that reverses its acceleration: the rate has a peak, which nothing damaged.
+TEST(SampleChecks, ACornerOfAMotionIsNoOutlier) {
+  auto values = times(0.1, white(many, 12));
+  for (std::size_t i = 0; i < many; ++i) values[i] += 1.6 * std::abs(static_cast<double>(i) - 15'000.0);
+  EXPECT_EQ(codes("outliers", values, "deg/s"), "");
+  values[15'000] += 10.0;
+  EXPECT_EQ(codes("outliers", values, "deg/s"), "outlier");
+}
+
 }  // namespace
 }  // namespace tumble

@@ -36,6 +36,8 @@ struct MissingTerm {
   const char* code;
   std::vector<double> column;  ///< one value a row
   Say say;
+  /// As slow as the noise between the segments, which is in long ones too: only their means show it.
+  bool slow = false;
 };
 
 std::vector<double> column_over(const std::vector<Course>& courses, const std::function<double(const Course&)>& value) {
@@ -125,9 +127,11 @@ void add_time_term(const std::vector<Course>& courses, std::vector<MissingTerm>&
   const double length = last.time - first.time;
   if (!(length > 0.0)) return;
   all.push_back({"output_drifts_along_test",
-                 column_over(courses, [=](const Course& course) { return course.time / length; }), [=](double) {
+                 column_over(courses, [=](const Course& course) { return course.time / length; }),
+                 [=](double) {
                    return std::vector<FindingValue>{{"length", length, "s"}};
-                 }});
+                 },
+                 true});
 }
 
 std::vector<MissingTerm> missing_terms(const Problem& problem, const Work& work) {
@@ -151,10 +155,12 @@ struct FoundTerm {
   AddedTerm test;
 };
 
-/// Given: misfit   whether the segments that move show far more than noise: a term that explains little of it is no name
+/// Given: tests    of each term: by the course within the segments, by their means
+///        misfit   whether the segments that move show far more than noise: a term that explains little of it is no name
 /// for it
-FoundTerm strongest_of(const std::vector<MissingTerm>& all, const std::vector<std::vector<AddedTerm>>& tests,
-                       bool misfit) {
+FoundTerm strongest_of(const std::vector<MissingTerm>& all, std::vector<std::vector<AddedTerm>> tests, bool misfit) {
+  for (std::size_t k = 0; k < all.size(); ++k)
+    if (all[k].slow) tests.front()[k] = {};
   double count = 0.0;
   for (const auto& of_kind : tests)
     for (const AddedTerm& test : of_kind) count += test.error_freedom > 0.0 ? 1.0 : 0.0;
