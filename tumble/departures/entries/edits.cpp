@@ -11,10 +11,11 @@
 namespace tumble::entries {
 namespace {
 
+/// A plan that was made to identify alone has no truth, on which no name depends.
 std::vector<std::string> outputs_of_models(const Plan& plan) {
   std::vector<std::string> names;
   for (const auto& participant : participants_of(plan))
-    for (const auto& output : participant.model.outputs(participant.truth))
+    for (const auto& output : participant.model.outputs(defaults(participant.model.constants())))
       names.push_back(participant.prefix + output.channel);
   return names;
 }
