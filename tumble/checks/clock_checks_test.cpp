@@ -112,6 +112,9 @@ TEST(Checks, SegmentsBehindTheLastSample) {
   EXPECT_EQ(finding.occurrences.count, 3u);
   EXPECT_EQ(std::get<double>(finding.values[1].value), 10.0);
   EXPECT_EQ(std::get<double>(finding.values[2].value), 18.0);
+  Plan plan;
+  plan.schedule = {{.label = "d", .duration = 2.0}};
+  EXPECT_EQ(finding_of("samples_end_early", made, &plan).occurrences.count, 2u) << "only the plan says that d goes on";
   made.marks = {{"a", 0.0}, {"b", 9.0}};
   EXPECT_TRUE(findings_of("samples_end_early", made).empty()) << "b ends with the data";
   made.marks.push_back({"c", 11.0});

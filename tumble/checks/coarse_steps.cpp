@@ -29,11 +29,10 @@ bool is_ramp(const std::vector<double>& values) {
 Findings of_values(const Channel& channel) {
   const Grain grain = grain_of(channel.values);
   if (!is_coarse(grain) || is_ramp(channel.values)) return {};
-  const double noise = std::sqrt(std::max(0.0, grain.scatter * grain.scatter - grain.step * grain.step / 12.0));
   const Unit unit = channel.unit.offset() == 0.0 ? channel.unit : Unit::parse("K");
   return {{Finding::Severity::warning,
            "steps_exceed_noise",
-           {{"step", grain.step, unit}, {"noise", noise, unit}},
+           {{"step", grain.step, unit}, {"noise", grain.scatter, unit}},
            channel.name}};
 }
 

@@ -26,9 +26,16 @@ LastSample last_sample_of(const Recording& recording) {
   return last;
 }
 
-/// A mark that says no end claims samples at its beginning only, and `schedule_mismatch` compares these with a plan.
+bool ends_as_planned(const Mark& mark, const Plan& plan) {
+  return std::ranges::any_of(plan.schedule, [&](const Segment& segment) {
+    return segment.label == mark.label && mark.begin + segment.duration == mark.end;
+  });
+}
+
+/// A mark that says no end claims samples at its beginning only. One whose end only the plan says (tasks/marks.cpp) claims
+/// none: a record that is shorter than the plan is what `schedule_mismatch` names.
 double claimed_until(const Mark& mark, const Plan* plan) {
-  if (std::isfinite(mark.end)) return mark.end;
+  if (std::isfinite(mark.end)) return plan != nullptr && ends_as_planned(mark, *plan) ? -INFINITY : mark.end;
   return plan == nullptr ? mark.begin : -INFINITY;
 }
 

@@ -9,6 +9,7 @@
 
 #include "tumble/core/testing/asserts.hpp"
 #include "tumble/math/random.hpp"
+#include "tumble/reduce/held_samples.hpp"
 #include "tumble/reduce/lost_by_value.hpp"
 #include "tumble/reduce/zeros.hpp"
 
@@ -103,6 +104,43 @@ TEST(Zeros, AreNoValuesOfAFineOutputAndValuesOfACoarseOne) {
   EXPECT_EQ(take_zeros_out(other, "x").size(), 1u);
   EXPECT_TRUE(take_zeros_out(steps, "x").empty());
   EXPECT_TRUE(take_zeros_out(band, "x").empty());
+}
+
+TEST(Zeros, BetweenTheSamplesOfASlowerSensorAreRemoved) {
+  for (const double mean : {0.0, 3.5, 6.0, 50.0}) {
+    auto between = noise_of_sample(9000), band = between, rest = between;
+    for (std::size_t i = 0; i < between.size(); ++i) {
+      between[i] = i * 4 / 9 == (i + 1) * 4 / 9 ? 0.0 : between[i] + mean;
+      if (std::abs(band[i]) < 1.0) band[i] = 0.0;
+      rest[i] = i % 3 == 0 ? 30.0 * std::sin(1e-3 * static_cast<double>(i)) : 0.0;
+      if (std::abs(rest[i]) < 20.0) rest[i] = 0.0;
+    }
+    EvenSignal one = signal_of(between), other = signal_of(band), motion = signal_of(rest);
+    const Findings found = take_zeros_out(one, "x");
+    ASSERT_EQ(found.size(), 1u) << mean;
+    EXPECT_EQ(found[0].code, "zeros_between_samples");
+    EXPECT_EQ(one.values.size(), 4000u);
+    EXPECT_NEAR(one.rate, 4.0 / 9.0, 1e-12);
+    EXPECT_TRUE(take_zeros_out(other, "x").empty());
+    EXPECT_TRUE(take_zeros_out(motion, "x").empty());
+  }
+}
+
+TEST(Repeats, OfASlowerSensorAreRemoved) {
+  const auto values = noise_of_sample(4000);
+  for (const std::size_t times : {1u, 2u, 7u, 8u}) {
+    std::vector<double> held{values[0]};  // the record begins with the last sample of a value
+    for (std::size_t i = 1; i < values.size(); ++i) held.insert(held.end(), times, values[i]);
+    EvenSignal one = signal_of(held);
+    const Findings found = take_repeats_out(one, "x");
+    EXPECT_EQ(found.size(), times > 1 ? 1u : 0u) << times;
+    EXPECT_NEAR(one.rate, 1.0 / static_cast<double>(times), 1e-12);
+    if (times > 1) EXPECT_TRUE(std::ranges::equal(one.values.subspan(0, 100), std::span(values).subspan(1, 100)));
+  }
+  auto coarse = noise_of_sample(4000);
+  for (double& value : coarse) value = std::round(value);
+  EvenSignal steps = signal_of(coarse);
+  EXPECT_TRUE(take_repeats_out(steps, "x").empty());
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "tumble/tasks/marks.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace tumble {
@@ -17,6 +18,7 @@ double first_stamp(const Recording& recording) {
 
 void end_marks(const Schedule& schedule, std::vector<Mark>& marks) {
   for (Mark& mark : marks) {
+    if (std::isfinite(mark.end)) continue;
     const auto of_label = [&](const Segment& segment) { return segment.label == mark.label; };
     const auto planned = std::ranges::find_if(schedule, of_label);
     const auto other_length = [&](const Segment& segment) {

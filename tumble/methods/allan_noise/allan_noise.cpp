@@ -23,6 +23,7 @@
 #include "tumble/methods/allan_noise/windows.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/reduce/even_signal.hpp"
+#include "tumble/reduce/held_samples.hpp"
 #include "tumble/reduce/lost_by_value.hpp"
 #include "tumble/reduce/zeros.hpp"
 #include "tumble/units/constants.hpp"
@@ -215,7 +216,8 @@ ChannelNoise analyse(const ChannelRun& stretch, const Channel* thermometer, cons
     EvenSignal signal = rate_signal(stretch, settings);
     result.findings = signal.findings;
     if (settings.word("data") == "rate")
-      for (Finding& one : take_zeros_out(signal, result.label)) result.findings.push_back(std::move(one));
+      for (const auto take_out : {take_zeros_out, take_repeats_out})
+        for (Finding& one : take_out(signal, result.label)) result.findings.push_back(std::move(one));
     result.rate = signal.rate;
     result.samples = signal.values.size();
     result.failure = unusable(signal);
