@@ -47,6 +47,20 @@ TEST(Checks, CounterThatStopsAtItsEnd) {
                          {{"bits", 12}, {"register", Phrase{"unsigned_register"}}, {"counts", 4095}}, "accelerometer"));
 }
 
+// A position of a unit with a noise of two pulses cannot show the same count forty times: the range of its counter ends there.
+TEST(Checks, CountsThatAreCutOffInAPositionAreSaturated) {
+  auto counts = white(400, 8);
+  for (std::size_t i = 0; i < 400; ++i)
+    counts[i] = std::round((i < 200 ? 3.0 : i < 260 ? 500.0 : -20.0) + 1.2 * counts[i]);
+  Recording three = recording({channel("accelerometer", "pulse", counts, 1.0)});
+  three.marks = {{"a", 0.0, 1}, {"b", 200.0, 1}, {"c", 260.0, 1}};
+  EXPECT_EQ(said(findings_of("saturation", three)), "");
+  for (double& count : three.channels[0].values) count = std::min(count, 450.0);
+  const Finding cut = finding_of("saturation", three);
+  EXPECT_EQ(cut.code, "saturated_highest");
+  EXPECT_EQ(cut.occurrences.count, 60u);
+}
+
 TEST(Checks, CounterReadTooLate) {
   const auto noise = white(4000, 33);
   auto values = series(4000, [&](std::size_t i) { return std::round(500.0 + 4.0 * noise[i]); });
@@ -80,6 +94,30 @@ TEST(Checks, UnequalWindows) {
   EXPECT_EQ(unequal.code, "unequal_windows");
   EXPECT_NEAR(std::get<double>(unequal.values.at(0).value), 0.02, 0.0011);  // 4 sd: 4 * 0.02 sqrt(1.5/8000)
   EXPECT_TRUE(findings_of("unequal_windows", made(late)).empty());
+}
+
+// A table that turns for half a minute at 127 400 pulses a window: its register of 17 bits runs over on the way.
+TEST(Checks, AMotionThatLeavesItsRegister) {
+  const auto course = [](std::size_t i) {
+    const auto t = static_cast<double>(i % 100);
+    const double fast = 127'400.0;
+    return std::round(t < 40.0   ? 15.0
+                      : t < 50.0 ? fast * (t - 39.7) / 10.3
+                      : t < 80.0 ? fast
+                      : t < 90.0 ? fast * (90.0 - t) / 10.3
+                                 : 15.0);
+  };
+  const auto sound = series(400, course);
+  EXPECT_TRUE(findings_of("counter_overflow", recording({counts(sound)})).empty());
+  const double size = 131'072.0;
+  auto wrapped = sound;
+  for (double& value : wrapped) value -= size * std::floor(value / size + 0.5);
+  const Finding over = finding_of("counter_overflow", recording({counts(wrapped)}));
+  EXPECT_TRUE(is_finding(over, "counter_overflow", {{"bits", 17}, {"register", Phrase{"signed_register"}}}));
+  EXPECT_EQ(over.occurrences.count, 8u);  // there and back, four times
+  // a table that is driven to and fro between the ends of such a range does not
+  const auto driven = series(400, [&](std::size_t i) { return course(i) - course(i + 50); });
+  EXPECT_TRUE(findings_of("counter_overflow", recording({counts(driven)})).empty());
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <optional>
+#include <span>
 
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/counts.hpp"
@@ -14,6 +16,8 @@ using namespace support;
 /// [usual steps] that the counts before and after a jump may lie from the two ends. Nine in ten steps are usual, so
 /// that fewer than one jump in ten is missed for a greater step. Chosen: a doubling asks for registers twice as large.
 constexpr double steps_from_end = 4.0;
+constexpr double usual = 0.9;     ///< [1] of the steps are usual
+constexpr double at_rest = 0.5;   ///< [1] of the steps, of a test of positions and moves between them
 constexpr double rounding = 2.0;  ///< [counts] that two counts of a quiet unit may differ by
 /// [1] of the register, within which the counts come to both ends. Farther than a jump is looked for, see least_steps.
 constexpr double end_part = 0.25;
@@ -24,15 +28,24 @@ constexpr double least_steps = steps_from_end / end_part;
 /// such counts has sqrt(2) times that sd. Without any at the number before, five and more at the last exceed it.
 constexpr double excess_sd = 4.0;
 
+/// [1] of a step over the end of a register, by which the step before it or the one after it may differ: a motion that
+/// passes the end goes on. A motion without an overflow has its steps in the direction of the jump, and not against it.
+constexpr double goes_on = 0.5;
+/// [1] of the register: the greatest step over its end that is looked for. The jump back is then three quarters of it.
+constexpr double greatest_step = 0.25;
+constexpr std::size_t there_and_back = 2;  ///< passages that a motion has which leaves the register and comes back
+/// [1] of the jumps of more than half of a register, that are passages.
+constexpr double least_share = 0.5;
+
 /// A register of so many bits, with or without sign.
 struct Register {
   int bits = 0;
   double lowest = 0.0, highest = 0.0;
 };
 
-std::vector<Register> registers() {
+std::vector<Register> registers_of(std::span<const int> sizes) {
   std::vector<Register> all;
-  for (const int bits : {8, 10, 12, 14, 16, 20, 24, 32}) {
+  for (const int bits : sizes) {
     const double size = std::ldexp(1.0, bits);
     all.push_back({bits, 0.0, size - 1.0});
     all.push_back({bits, -0.5 * size, 0.5 * size - 1.0});
@@ -40,9 +53,44 @@ std::vector<Register> registers() {
   return all;
 }
 
+/// Those that converters and counters usually have.
+std::vector<Register> registers() {
+  constexpr int bits[] = {8, 10, 12, 14, 16, 20, 24, 32};
+  return registers_of(bits);
+}
+
+/// Of any number of bits: where a course shows that its counts go on over the end, the end need not be a usual one.
+std::vector<Register> all_registers() {
+  std::vector<int> bits(32 - 8 + 1);
+  std::iota(bits.begin(), bits.end(), 8);
+  return registers_of(bits);
+}
+
 struct Jumps {
   std::size_t count = 0, first = 0;
 };
+
+/// Jumps of more than half of a register over which a motion goes on: the step over the end is like one beside it.
+struct Passages {
+  Jumps passages;
+  std::size_t jumps = 0;  ///< all of more than half of the register
+};
+
+Passages passages_in(const std::vector<double>& values, const Register& r) {
+  const double size = r.highest - r.lowest + 1.0;
+  Passages found;
+  for (std::size_t i = 2; i + 1 < values.size(); ++i) {
+    const double jump = values[i] - values[i - 1];
+    if (!(std::abs(jump) > 0.5 * size)) continue;
+    ++found.jumps;
+    const double over = jump - std::copysign(size, jump);
+    const double before = values[i - 1] - values[i - 2], after = values[i + 1] - values[i];
+    const double unlike = std::min(std::abs(over - before), std::abs(over - after));
+    if (!(std::abs(over) < greatest_step * size && unlike < goes_on * std::abs(over))) continue;
+    if (found.passages.count++ == 0) found.passages.first = i;
+  }
+  return found;
+}
 
 /// Times at which the counts leave the register at one end and come back at the other, within a few usual steps.
 Jumps jumps_in(const std::vector<double>& values, const Register& r, double step) {
@@ -57,38 +105,61 @@ Jumps jumps_in(const std::vector<double>& values, const Register& r, double step
   return jumps;
 }
 
-/// Nine in ten steps are smaller, on a circle of that size: a jump over the end is a small step there.
-double usual_step(const std::vector<double>& values, double size) {
+/// This share of the steps is smaller, on a circle of that size: a jump over the end is a small step there.
+double usual_step(const std::vector<double>& values, double size, double share) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < values.size(); ++i) {
     const double step = std::abs(values[i] - values[i - 1]);
     if (std::isfinite(step)) steps.push_back(std::min(step, std::abs(size - step)));
   }
   if (steps.empty()) return 0.0;
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() * 9 / 10);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return *middle;
+  const auto last = steps.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(steps.size()));
+  std::nth_element(steps.begin(), last, steps.end());
+  return *last;
+}
+
+/// Whether the counts come near both ends of a register.
+bool fills(const Spread& spread, const Register& r) {
+  const double end = end_part * (r.highest - r.lowest);
+  return spread.lowest >= r.lowest && spread.highest <= r.highest && spread.lowest <= r.lowest + end &&
+         spread.highest >= r.highest - end;
+}
+
+Finding overflow(const Channel& channel, const Register& r, const Jumps& jumps) {
+  return {Finding::Severity::error,
+          "counter_overflow",
+          {{"bits", r.bits},
+           {"register", Phrase{r.lowest < 0.0 ? "signed_register" : "unsigned_register"}},
+           {"counts", std::llround(channel.values[jumps.first])},
+           {"before", std::llround(channel.values[jumps.first - 1])},
+           {"size", std::llround(r.highest - r.lowest + 1.0)}},
+          channel.name,
+          {jumps.count, channel.time(jumps.first)}};
+}
+
+/// A motion that leaves a register and comes back.
+std::optional<Finding> passed_over(const Channel& channel, const Spread& spread) {
+  for (const Register& r : all_registers()) {
+    if (!fills(spread, r)) continue;
+    const double size = r.highest - r.lowest + 1.0;
+    if (least_steps * (usual_step(channel.values, size, at_rest) + 1.0) > size) continue;
+    const Passages found = passages_in(channel.values, r);
+    if (found.passages.count >= there_and_back &&
+        static_cast<double>(found.passages.count) >= least_share * static_cast<double>(found.jumps))
+      return overflow(channel, r, found.passages);
+  }
+  return std::nullopt;
 }
 
 std::optional<Finding> ran_over(const Channel& channel, const Spread& spread) {
   for (const Register& r : registers()) {
-    if (spread.lowest < r.lowest || spread.highest > r.highest) continue;
-    const double end = end_part * (r.highest - r.lowest);
-    if (spread.lowest > r.lowest + end || spread.highest < r.highest - end) continue;
-    const double step = usual_step(channel.values, r.highest - r.lowest + 1.0);
+    if (!fills(spread, r)) continue;
+    const double step = usual_step(channel.values, r.highest - r.lowest + 1.0, usual);
     // Counts that use the whole of it anyway run over it or do not: the counts do not show which.
     if (least_steps * (step + 1.0) > r.highest - r.lowest) continue;
     const Jumps jumps = jumps_in(channel.values, r, step);
     if (jumps.count == 0) continue;
-    return Finding{Finding::Severity::error,
-                   "counter_overflow",
-                   {{"bits", r.bits},
-                    {"register", Phrase{r.lowest < 0.0 ? "signed_register" : "unsigned_register"}},
-                    {"counts", std::llround(channel.values[jumps.first])},
-                    {"before", std::llround(channel.values[jumps.first - 1])},
-                    {"size", std::llround(r.highest - r.lowest + 1.0)}},
-                   channel.name,
-                   {jumps.count, channel.time(jumps.first)}};
+    return overflow(channel, r, jumps);
   }
   return std::nullopt;
 }
@@ -121,6 +192,8 @@ Findings run(const Recording& recording, const Plan*) {
     if (!spread.whole) continue;
     if (auto finding = ran_over(channel, spread))
       findings.push_back(std::move(*finding));
+    else if (auto passed = passed_over(channel, spread))
+      findings.push_back(std::move(*passed));
     else if (auto other = stopped(channel, spread))
       findings.push_back(std::move(*other));
   }

@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <complex>
 #include <vector>
 
 #include "tumble/checks/check.hpp"
@@ -8,6 +10,7 @@
 #include "tumble/checks/support/signals.hpp"
 #include "tumble/checks/support/texture.hpp"
 #include "tumble/math/median.hpp"
+#include "tumble/units/constants.hpp"
 
 namespace tumble::checks::repeated_samples {
 
@@ -26,6 +29,23 @@ constexpr double evenly = 0.25;
 constexpr double least_share = 0.5;
 /// [steps] of the median change: a slow signal on a grid repeats evenly too, but it changes by one step at a time.
 constexpr double beyond_grid = 3.0;
+
+/// [median change] of a course that is steep: neighbours that both lie so far apart do not repeat by noise or by steps.
+constexpr double steep = 20.0;
+/// A steep course stands still for one sample where it turns back. It does not in the middle of a rise: so many, and this
+/// share of the places of the rises, are values that were held.
+constexpr std::size_t least_held = 5;
+constexpr double least_held_share = 0.1;
+
+/// Of the places of one phase of a pattern all repeat the one before, by chance with p = 0.7^60 = 5e-10; of every other phase
+/// some do and some do not, so that the pattern is not that of a slow rate that is counted.
+constexpr std::size_t least_places = 60;
+constexpr double least_beside = 0.1, most_beside = 0.7;  ///< [1] of the other places that repeat
+constexpr std::size_t phases_beside = 4;
+constexpr double slowest = 0.03, fastest = 0.5;  ///< [1/sample] of held values: each is held at most once more
+/// [1] of the expected power of a pattern by chance: exp(-20) is 2e-9.
+constexpr double pattern_power = 20.0;
+constexpr double narrower = 0.9, wider = 1.3;  ///< [1] of the share of held samples: the phase that only holds
 
 /// How the repeats are spread over a part.
 struct Spread {
@@ -68,6 +88,97 @@ bool beyond_steps(std::span<const double> x, bool counts, const Texture& texture
   return usual_change(x) > beyond_grid * (counts ? std::max(1.0, grain.smallest) : grain.smallest);
 }
 
+/// Where a course rises or falls steeply, the samples that repeat the one before.
+struct Held {
+  std::size_t places = 0, held = 0;
+};
+
+Held held_in(std::span<const double> x, double usual) {
+  Held all;
+  const auto like = [&](double a, double b) {
+    return a * b > 0.0 && std::min(std::abs(a), std::abs(b)) > steep * usual;
+  };
+  for (std::size_t i = 2; i + 1 < x.size(); ++i) {
+    const double before = x[i - 1] - x[i - 2], here = x[i] - x[i - 1], after = x[i + 1] - x[i];
+    if (!like(before, after)) continue;
+    all.held += here == 0.0;
+    all.places += here == 0.0 || like(here, after);
+  }
+  return all;
+}
+
+/// [1] of the samples that are held, where a steep course shows it; NaN: it does not.
+double held_while_moving(std::span<const double> x) {
+  const Held all = held_in(x, std::max(usual_change(x), 1.0));
+  const double share = static_cast<double>(all.held) / static_cast<double>(std::max<std::size_t>(1, all.places));
+  return all.held < least_held || share < least_held_share ? NAN : share;
+}
+
+/// The share of the samples that a slower sensor holds, by the pattern of the repeats: a value is held whenever the phase
+/// of the slower clock passes it by. NaN: they have no such pattern.
+double held_in_pattern(const std::vector<bool>& repeats, double frequency) {
+  const double n = static_cast<double>(repeats.size());
+  std::vector<double> changing;  // phases
+  for (std::size_t i = 0; i < repeats.size(); ++i) {
+    const double turns = frequency * static_cast<double>(i);
+    if (!repeats[i]) changing.push_back(turns - std::floor(turns));
+  }
+  if (changing.size() < 2) return NAN;
+  std::ranges::sort(changing);
+  double gap = changing.front() + 1.0 - changing.back(), ends = changing.front();
+  for (std::size_t k = 1; k < changing.size(); ++k)
+    if (const double one = changing[k] - changing[k - 1]; one > gap) gap = one, ends = changing[k];
+  if (gap < narrower * frequency || gap > wider * frequency || gap * n < static_cast<double>(least_places)) return NAN;
+  std::array<double, phases_beside> all{}, alike{};
+  for (std::size_t i = 0; i < repeats.size(); ++i) {
+    const double turns = frequency * static_cast<double>(i) - ends, phase = turns - std::floor(turns);
+    const auto bin = static_cast<std::size_t>(phases_beside * phase / (1.0 - gap));
+    if (bin < phases_beside) all[bin] += 1.0, alike[bin] += repeats[i] ? 1.0 : 0.0;
+  }
+  for (std::size_t k = 0; k < phases_beside; ++k)
+    if (alike[k] < least_beside * all[k] || alike[k] > most_beside * all[k]) return NAN;
+  return gap;
+}
+
+double held_in_pattern(std::span<const double> x) {
+  std::vector<bool> repeats;
+  double count = 0.0;
+  for (std::size_t i = 1; i < x.size(); ++i) repeats.push_back(x[i] == x[i - 1]), count += repeats.back() ? 1.0 : 0.0;
+  const double n = static_cast<double>(repeats.size()), share = count / n;
+  double most = pattern_power * n * share * (1.0 - share), best = NAN;
+  const double step = 0.25 / n;
+  for (double frequency = slowest; frequency < fastest; frequency += step) {
+    std::complex<double> sum, turn = 1.0;
+    const std::complex<double> by = std::polar(1.0, -two_pi * frequency);
+    for (std::size_t i = 0; i < repeats.size(); ++i, turn *= by) sum += turn * (repeats[i] - share);
+    if (std::norm(sum) > most) most = std::norm(sum), best = frequency;
+  }
+  if (std::isnan(best)) return NAN;
+  constexpr int finer = 20;
+  for (int k = -finer; k <= finer; ++k)
+    if (const double held = held_in_pattern(repeats, best + step * k / finer); !std::isnan(held)) return held;
+  return NAN;
+}
+
+Finding finding(const Channel& channel, double share) {
+  const double rate = mean_rate(channel);
+  return {Finding::Severity::warning,
+          "samples_repeat",
+          {{"part", share, "%"}, {"rate", rate, "Hz"}, {"new_rate", rate * (1.0 - share), "Hz"}},
+          channel.name};
+}
+
+/// Counts repeat by chance too: what is held shows in a steep course, or by its pattern.
+Findings held_counts(const Channel& channel, std::size_t length, std::size_t parts) {
+  const std::span<const double> values = channel.values;
+  if (const double share = held_while_moving(values); !std::isnan(share)) return {finding(channel, share)};
+  for (std::size_t k = 0; k < parts; ++k) {
+    const auto part_of = values.subspan(parts == 1 ? 0 : k * (values.size() - length) / (parts - 1), length);
+    if (const double share = held_in_pattern(part_of); !std::isnan(share)) return {finding(channel, share)};
+  }
+  return {};
+}
+
 Findings look_at(const Channel& channel) {
   const std::span<const double> values = channel.values;
   if (values.size() < least_part) return {};
@@ -85,12 +196,9 @@ Findings look_at(const Channel& channel) {
     ratios.push_back(spread.ratio);
   }
   const auto even = std::ranges::count_if(ratios, [](double ratio) { return ratio < evenly; });
-  if (ratios.empty() || static_cast<double>(even) < least_share * static_cast<double>(ratios.size())) return {};
-  const double share = median(std::move(shares)), rate = mean_rate(channel);
-  return {{Finding::Severity::warning,
-           "samples_repeat",
-           {{"part", share, "%"}, {"rate", rate, "Hz"}, {"new_rate", rate * (1.0 - share), "Hz"}},
-           channel.name}};
+  if (ratios.empty() || static_cast<double>(even) < least_share * static_cast<double>(ratios.size()))
+    return counts ? held_counts(channel, length, parts) : Findings{};
+  return {finding(channel, median(std::move(shares)))};
 }
 
 Findings run(const Recording& recording, const Plan* plan) {

@@ -224,5 +224,43 @@ TEST(SampleChecks, ACornerOfAMotionIsNoOutlier) {
   EXPECT_EQ(codes("outliers", values, "deg/s"), "outlier");
 }
 
+// Counts repeat by chance; what is held shows where the unit moves fast, or by its pattern.
+TEST(SampleChecks, CountsThatAreHeldAreSaid) {
+  auto moves = rounded_to(1.0, white(1000, 12));
+  for (std::size_t i = 0; i < moves.size(); ++i) {
+    const auto t = static_cast<double>(i % 100);
+    moves[i] += t < 70.0 ? 15.0 : 1000.0 * std::min(t - 69.0, 101.0 - t);
+  }
+  EXPECT_EQ(codes("repeated_samples", moves, "pulse"), "");
+  EXPECT_EQ(codes("repeated_samples", held(0.73, moves), "pulse"), "samples_repeat");
+  for (const std::uint64_t seed : {1u, 2u, 3u, 4u, 5u, 6u, 7u, 8u}) {
+    const auto few = rounded_to(1.0, times(0.65, white(400, seed)));
+    EXPECT_EQ(codes("repeated_samples", few, "pulse"), "") << seed;
+    EXPECT_EQ(codes("repeated_samples", held(0.73, few), "pulse"), "samples_repeat") << seed;
+  }
+  // 1.33 counts a window: 1, 1, 2, and so on, with and without noise
+  for (const double noise : {0.0, 0.05, 0.2, 0.5})
+    for (const double rate : {1.33, 1.7, 7.9, 2.27}) {
+      const auto scatter = white(many, 13);
+      const auto at = [&](std::size_t i) { return std::floor(rate * static_cast<double>(i) + noise * scatter[i]); };
+      EXPECT_EQ(codes("repeated_samples", series(many - 1, [&](std::size_t i) { return at(i + 1) - at(i); }), "pulse"),
+                "")
+          << rate << " " << noise;
+    }
+}
+
+// One zero in the middle of a move or far from the noise is no count.
+TEST(SampleChecks, ASingleZeroInACourseOfCountsIsSaid) {
+  auto values = rounded_to(1.0, white(many, 14));
+  for (std::size_t i = 0; i < many; ++i)
+    values[i] += 16.0 + (i % 500 < 20 ? 1000.0 * static_cast<double>(i % 500) : 0.0);
+  EXPECT_EQ(codes("zeros", values, "pulse"), "");
+  for (const std::size_t at : {700u, 1010u}) {
+    auto one = values;
+    one[at] = 0.0;
+    EXPECT_EQ(codes("zeros", one, "pulse"), "zeros_in_place_of_samples") << at;
+  }
+}
+
 }  // namespace
 }  // namespace tumble

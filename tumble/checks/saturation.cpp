@@ -33,6 +33,10 @@ constexpr std::size_t no_peak =
 /// [pulses] of the median change in the usual segment, from which on no position counts alike by itself: rounding moves
 /// neighbours by one.
 constexpr double noisy_change = 2.0;
+/// [1] of the neighbours that are alike in the usual segment, below which the noise is above 0.75 pulses: no position of such
+/// a unit shows the same count 24 times in a row, wherever between two counts it lies (0.4^23 = 7e-10).
+constexpr double most_alike = 0.35;
+constexpr std::size_t never_alike = 24;
 /// [1] of the pairs of places that are alike where the peak of a tone repeats with the samples: two patterns at equal
 /// shares give 0.5. What is cut off stands between all kinds of values, which gives next to none: half of 0.5
 /// separates.
@@ -119,16 +123,24 @@ std::vector<std::span<const double>> segments_of(const Channel& channel, const s
   return segments;
 }
 
-/// Median of how far neighbours in a segment differ [u], of the usual segment.
-double usual_change(const std::vector<std::span<const double>>& segments) {
-  std::vector<double> changes;
+/// How neighbours in the usual segment differ.
+struct Changes {
+  double median = 0.0;  ///< [u]
+  double alike = 1.0;   ///< [1] share of those that are the same
+};
+
+Changes usual_changes(const std::vector<std::span<const double>>& segments) {
+  std::vector<double> changes, alike;
   for (const auto& values : segments) {
     std::vector<double> own;
     for (std::size_t i = 1; i < values.size(); ++i)
       if (const double change = std::abs(values[i] - values[i - 1]); !std::isnan(change)) own.push_back(change);
-    if (!own.empty()) changes.push_back(median(std::move(own)));
+    if (own.empty()) continue;
+    alike.push_back(static_cast<double>(std::ranges::count(own, 0.0)) / static_cast<double>(own.size()));
+    changes.push_back(median(std::move(own)));
   }
-  return changes.empty() ? 0.0 : median(std::move(changes));
+  if (changes.empty()) return {};
+  return {median(std::move(changes)), median(std::move(alike))};
 }
 
 /// Counts of a position that a quiet unit shows, all the same but for one pulse: no pile at the end of a range. Whether
@@ -137,7 +149,9 @@ bool quiet_position(const Channel& channel, const std::vector<Mark>& marks, doub
   if (channel.kind != QuantityKind::count || marks.empty()) return false;
   const auto segments = segments_of(channel, marks);
   const double pulse = channel.unit.factor();
-  if (usual_change(segments) > noisy_change * pulse) return false;
+  const Changes usual = usual_changes(segments);
+  if (usual.median > noisy_change * pulse) return false;
+  if (usual.alike < most_alike && longest_run(channel.values, extreme) >= never_alike) return false;
   std::size_t there = 0, near = 0, all = 0;
   for (const auto& values : segments) {
     const auto at = static_cast<std::size_t>(std::ranges::count(values, extreme));

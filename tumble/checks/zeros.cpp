@@ -7,6 +7,8 @@
 #include "tumble/checks/support/grain.hpp"
 #include "tumble/checks/support/signals.hpp"
 #include "tumble/checks/support/texture.hpp"
+#include "tumble/math/median.hpp"
+#include "tumble/math/normal.hpp"
 
 namespace tumble::checks::zeros {
 
@@ -27,6 +29,9 @@ constexpr double expected_in_hole = 20.0;
 constexpr double far = 5.0;
 /// Values nearest to zero whose density tells: a quarter of the zeros, so that they lie close to it, 64 at least.
 constexpr std::size_t beside = 64, part = 4;
+/// [sd of a sample about its neighbours, and residuals of two neighbours on either side from their line] that a single zero
+/// lies away from that line, where no count comes by itself: eight of noise have p = 1e-15.
+constexpr double far_alone = 8.0;
 constexpr std::size_t changes = 20;    ///< from a zero to another value and back, that counts show
 constexpr std::size_t at_borders = 4;  ///< such changes at the beginning and end of a segment that may rest at zero
 
@@ -110,6 +115,33 @@ bool counts_down_to_zero(const std::vector<double>& x, const Zeros& zeros) {
   return static_cast<double>(zeros.count) <= static_cast<double>(least) + excess * of_each;
 }
 
+/// Whether a count of zero interrupts a course: the two before it and the two after it lie on a line that is far away.
+bool interrupts(const std::vector<double>& x, std::size_t i, double scatter) {
+  if (x[i] != 0.0 || i < 2 || i + 2 >= x.size()) return false;
+  const double a = x[i - 2], b = x[i - 1], c = x[i + 1], d = x[i + 2];
+  const double here = 0.25 * (a + b + c + d), slope = (2.0 * (d - a) + c - b) / 10.0;
+  const double residual = std::max({std::abs(a - here + 2.0 * slope), std::abs(b - here + slope),
+                                    std::abs(c - here - slope), std::abs(d - here - 2.0 * slope)});
+  return a * d > 0.0 && b * c > 0.0 && std::abs(here) > far_alone * std::max({residual, scatter, 1.0});
+}
+
+/// Robust sd of a sample about the mean of its neighbours [u]: of most samples, in a test with moves that of its rests.
+double usual_bend(const std::vector<double>& x) {
+  std::vector<double> bends;
+  for (std::size_t i = 1; i + 1 < x.size(); ++i)
+    if (const double bend = std::abs(x[i] - 0.5 * (x[i - 1] + x[i + 1])); !std::isnan(bend)) bends.push_back(bend);
+  return bends.empty() ? 0.0 : sd_of_median_size * median(std::move(bends));
+}
+
+/// Zeros that interrupt a course.
+Zeros interruptions(const std::vector<double>& x) {
+  Zeros zeros;
+  const double scatter = usual_bend(x);
+  for (std::size_t i = 0; i < x.size(); ++i)
+    if (interrupts(x, i, scatter) && zeros.count++ == 0) zeros.first = i;
+  return zeros;
+}
+
 /// Counts that change between zero and values of two and more, but never to one.
 Findings of_counts(const Channel& channel, const Zeros& zeros, std::size_t segments) {
   if (zeros.alone * 2 > zeros.count && !counts_down_to_zero(channel.values, zeros))
@@ -138,7 +170,11 @@ Findings of_values(const Channel& channel, const Zeros& zeros, std::size_t segme
 
 Findings look_at(const Channel& channel, std::size_t segments) {
   const auto count = static_cast<std::size_t>(std::ranges::count(channel.values, 0.0));
-  if (count < least || count == channel.values.size()) return {};
+  if (count == 0 || count == channel.values.size()) return {};
+  if (channel.kind == QuantityKind::count)
+    if (const Zeros single = interruptions(channel.values); single.count > 0)
+      return {in_place_of_samples(channel, single)};
+  if (count < least) return {};
   const Grain grain = grain_of(channel.values);
   if (channel.kind != QuantityKind::count && is_coarse(grain)) return {};  // zero is one of few values
   const Zeros zeros = zeros_of(channel.values, grain.scatter);

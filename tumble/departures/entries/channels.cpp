@@ -100,7 +100,7 @@ std::vector<Departure> of_channels() {
                        "gyro_counts_down", "scale_factor_negative", "scale_factor_of_other_sign", "axis_reversed",
                        "axes_mirrored", "gravity_inverted", "rates_inverted", "rotation_reversed_by_scale_factor",
                        "scale_factor_negative_in_set", "vibration_differs_from_reference", "wrong_horizontal_rate",
-                       "accelerometer_reversed", "known_input_differs"},
+                       "accelerometer_reversed", "accelerometers_do_not_fit_plan", "known_input_differs"},
            .record = reverse},
           {.name = "outputs_exchanged",
            .summary = "two outputs of one kind are exchanged",

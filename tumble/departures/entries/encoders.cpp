@@ -36,7 +36,8 @@ std::vector<Departure> of_encoders() {
   return {{.name = "encoder_gain",
            .summary = "an encoder shows larger angles and rates than the axis has",
            .targets = encoders,
-           .told_by = {"angle_off_plan", "turn_rate_recorded", "rates_differ_from_plan", "line_turns_against_angle"},
+           .told_by = {"angle_off_plan", "turn_rate_recorded", "rates_differ_from_plan", "line_turns_against_angle",
+                       "angles_off_in_proportion"},
            .unit = "ppm",
            .covered = covered_gain,
            .record =

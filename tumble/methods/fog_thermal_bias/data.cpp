@@ -165,6 +165,22 @@ double own_end(const Run& run, const Channel& thermometer) {
   return run.end;
 }
 
+/// Begin [s] of the temperatures that belong to the power-up: where the thermometers are stamped late, its first readings are
+/// those of the power-up before, at another temperature.
+double own_begin(const Run& run, const Channel& thermometer) {
+  const Slice readings = slice(thermometer, run.begin, run.end);
+  const std::size_t n = readings.value.size();
+  if (n < fewest_readings_of_run || !std::isfinite(run.begin)) return run.begin;
+  double largest = 0.0;
+  for (std::size_t k = n - 1; k > 0; --k) {
+    const double step = std::abs(readings.value[k] - readings.value[k - 1]);
+    if (k <= steps_at_end && step > std::max(over_largest_step * largest, least_step_to_next))
+      return 0.5 * (readings.time[k - 1] + readings.time[k]);
+    if (step > largest) largest = step;
+  }
+  return run.begin;
+}
+
 /// Time [s] of the last sample of a power-up.
 double end_of(const Channel& channel, const Run& run) {
   const Slice samples = slice(channel, run.begin, run.end);
@@ -182,13 +198,16 @@ RunData data_of(const Evidence& evidence, const Run& marked, const std::vector<T
   if (gyro.time.size() < 2)
     throw Error(Error::Kind::bad_data, say("{}: fewer than two samples of {}", Name{where}, Name{role.gyro->name}));
   const double begin = std::isfinite(run.begin) ? run.begin : gyro.time.front();
-  const Thermal thermal = thermal_of(role.sensors, run.begin, run.end, reading_of(settings, lag));
+  const double own = own_begin(run, *role.sensors.top);
+  const Thermal thermal = thermal_of(role.sensors, own, run.end, reading_of(settings, lag));
   RunData out;
   out.number = run.number;
   out.label = run.label;
   out.recording = run.recording;
   out.file = evidence.recordings[run.recording].origin.file;
   out.of_next = run.end < marked.end ? end_of(*role.gyro, marked) - run.end : 0.0;
+  out.of_last = own > run.begin ? own - run.begin : 0.0;
+  out.begin = begin;
   out.start_temperature = thermal.start_temperature;
   out.start_output = mean_of(gyro, begin + settings.number("start_window"), where + ", channel " + role.gyro->name);
   if (settings.has("hold_out")) {

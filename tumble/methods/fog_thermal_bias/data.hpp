@@ -32,7 +32,9 @@ struct RunData {
   std::vector<Felt> felt;          ///< means over each interval
   Matrix regressors;               ///< intervals x (terms, then departures), averaged over each interval
   bool held_out = false;
+  double begin = 0.0;    ///< of power-on [s of the recording]
   double of_next = 0.0;  ///< [s] at its end that is not used: readings of the next power-up
+  double of_last = 0.0;  ///< [s] at its begin whose temperatures are not used: readings of the power-up before
 };
 
 /// Calls visit(run, k) for each average with data of the runs that are fitted.

@@ -141,18 +141,17 @@ void add_held_out(Findings& findings, const Answer& answer) {
   add("predicted_runs_worse", pooled_sd(answer.runs, false, {}, {}), answer.candidates[answer.chosen].sd_held_out);
 }
 
-/// Power-ups whose last readings are those of the next.
-void add_late_marks(Findings& findings, const std::vector<RunData>& runs) {
+/// Power-ups of which a part of this length [s] has readings of another.
+void add_of_others(Findings& findings, const std::vector<RunData>& runs, const char* code, double RunData::*length) {
   Occurrences often{0, {}, {}};
   double longest = 0.0;
   for (const RunData& run : runs) {
-    if (run.of_next <= 0.0) continue;
+    if (run.*length <= 0.0) continue;
     const Place place(fmt::format("run {}", run.number));
     if (often.count++ == 0) often.first = place;
-    if (run.of_next > longest) longest = run.of_next, often.worst = place;
+    if (run.*length > longest) longest = run.*length, often.worst = place;
   }
-  if (often.count > 0)
-    findings.push_back({Severity::warning, "power_ups_end_in_next", {{"length", longest, "s"}}, "", often});
+  if (often.count > 0) findings.push_back({Severity::warning, code, {{"length", longest, "s"}}, "", often});
 }
 
 /// A thermometer whose column says degC and holds kelvin: no chamber is so hot.
@@ -250,7 +249,8 @@ std::vector<Curve> residual_curves(const std::vector<RunData>& runs, const std::
 
 Findings findings_of(const Answer& answer, const Settings& settings) {
   Findings findings;
-  add_late_marks(findings, answer.runs);
+  add_of_others(findings, answer.runs, "power_ups_end_in_next", &RunData::of_next);
+  add_of_others(findings, answer.runs, "power_ups_begin_in_last", &RunData::of_last);
   add_kelvin(findings, answer.runs);
   const LinearFit& fit = answer.fit;
   add_orders(findings, answer);

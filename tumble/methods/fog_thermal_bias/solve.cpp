@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/methods/fog_thermal_bias/beside_model.hpp"
 #include "tumble/methods/fog_thermal_bias/uneven_runs.hpp"
 #include "tumble/reduce/power_ups.hpp"
 #include "tumble/units/error.hpp"
@@ -305,7 +306,8 @@ Answer solve(const Evidence& evidence, const std::vector<Term>& terms, double la
   fit_answer(answer, factors, factorised, settings, names);
   answer.misfit = misfits_of(factors, factorised, answer, departures, terms.size());
   answer.levels = levels_of(answer, factors, factorised, settings);
-  for (const Findings& some : {uneven_levels(answer, factors, factorised, settings), uneven_runs(answer, interval)})
+  for (const Findings& some : {uneven_levels(answer, factors, factorised, settings), uneven_runs(answer, interval),
+                               beside_model(answer, interval)})
     answer.uneven.insert(answer.uneven.end(), some.begin(), some.end());
   const auto& columns = answer.columns;
   answer.degrees_of_freedom = degrees_of_freedom(likelihood, most_likely, [&](const NoiseModel& noise) {

@@ -1,7 +1,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
+#include <string>
+#include <vector>
 
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/testing/answer.hpp"
@@ -53,6 +56,51 @@ TEST(FogUneven, AStepAnOutlierAndADriftAreSaid) {
   EXPECT_TRUE(has_finding(step.findings, "power_up_steps"));
   EXPECT_TRUE(has_finding(outlier.findings, "power_up_differs"));
   EXPECT_TRUE(has_finding(drift.findings, "power_ups_drift"));
+}
+
+/// Stamps of a channel that are later [s].
+std::function<void(Recording&)> later(const std::vector<std::string>& channels, double by) {
+  return [=](Recording& recording) {
+    for (const std::string& name : channels) channel_of(recording, name).timeline.start += by;
+  };
+}
+
+// Half a minute between the clocks of output and thermometers moves C by the delay times A: 7 sd.
+TEST(FogUneven, AnOutputThatIsLateAgainstTheTemperatureIsSaid) {
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    EXPECT_FALSE(has_finding(after(seed, [](Recording&) {}).findings, "output_late_on_temperature"));
+    const Estimate late = after(seed, later({"gyro"}, 25.0));
+    ASSERT_TRUE(has_finding(late.findings, "output_late_on_temperature")) << seed;
+    EXPECT_NEAR(value_of(late.findings, "output_late_on_temperature", "delay"), 25.0, 15.0);
+  }
+}
+
+// The first readings of late thermometers are of the power-up before, at another temperature: with them the rate of change
+// is wrong by far, and C is lost.
+TEST(FogUneven, TemperaturesOfThePowerUpBeforeAreNotUsed) {
+  const Estimate sound = after(1, [](Recording&) {});
+  const Estimate late = after(1, later({"temperature_top", "temperature_side"}, 25.0));
+  EXPECT_FALSE(has_finding(sound.findings, "power_ups_begin_in_last"));
+  EXPECT_TRUE(has_finding(late.findings, "power_ups_begin_in_last"));
+  // the delay itself remains, and takes 7 % of C with it; those readings took all
+  EXPECT_NEAR(value(late, "C1_0") / value(sound, "C1_0"), 1.0, 0.1);
+}
+
+TEST(FogUneven, WhatGoesUpAndDownOrSettlesAlongTheRecordIsSaid) {
+  const auto along = [](const std::function<double(double hours)>& by) {
+    return [by](Recording& recording) {
+      Channel& gyro = channel_of(recording, "gyro");
+      for (std::size_t i = 0; i < gyro.values.size(); ++i) gyro.values[i] += si(by(gyro.time(i) / 3600.0), "deg/h");
+    };
+  };
+  for (const std::uint64_t seed : {4u, 5u}) {
+    const Estimate room = after(seed, along([](double hours) { return 0.05 * std::sin(2.3 * hours); }));
+    ASSERT_TRUE(has_finding(room.findings, "output_goes_up_and_down")) << seed;
+    EXPECT_NEAR(value_of(room.findings, "output_goes_up_and_down", "amplitude"), si(0.05, "deg/h"), si(0.02, "deg/h"));
+    EXPECT_NEAR(value_of(room.findings, "output_goes_up_and_down", "period"), 3600.0 * 6.283 / 2.3, 800.0);
+    const Estimate warm = after(seed, along([](double hours) { return 0.1 * std::exp(-hours / 1.5); }));
+    EXPECT_TRUE(has_finding(warm.findings, "output_settles_along_record")) << seed;
+  }
 }
 
 TEST(FogUneven, AThermometerInKelvinIsSaid) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/models/lock_in.hpp"
@@ -19,7 +20,11 @@ constexpr double fast_share = 0.3;        ///< [1] of the fastest rate, from whi
 constexpr double clear_of_lock = 0.3;     ///< [1] of the beat without lock-in: from 1.05 times the edge on
 constexpr double most_spread = 0.02;      ///< [1] of the distance to the edge, that the rate of a point may vary by
 constexpr double settled_within = 1e-10;  ///< [1] of the parameters, by which the last round moves them
-constexpr double band_shown_sd = 3.0;     ///< [sd] of the lock-in rate, below which there is no dead band
+constexpr std::size_t parts_of_segment = 8, least_of_part = 2;  ///< whose means show the noise; samples of a part
+constexpr double clear_of_edge = 1.5;  ///< [1] of the lock-in rate: slower beats go so unevenly that parts differ by it
+/// [1] of the variance between the parts, that is noise and not counting: with less it is not known to a factor of two.
+constexpr double least_beside_counting = 0.1;
+constexpr double band_shown_sd = 3.0;  ///< [sd] of the lock-in rate, below which there is no dead band
 
 [[noreturn]] void refuse(const Sentence& why) { throw Error(Error::Kind::bad_data, why); }
 
@@ -99,19 +104,28 @@ void start_values(const Sweep& sweep, bool locked, DeadBand& band) {
   band.lock_in_rate = std::sqrt(square);
 }
 
-/// Share of W_L within which the mean beat is not (4.23): as stated, or eight times the width over which white noise of
-/// the variance found [rad^2/s] rounds the edge.
-double margin_of(const DeadBandOptions& options, const DeadBand& band) {
+/// White noise [rad^2/s] that rounds the edge: as the residuals show it, but no more than the segments hold, since what
+/// differs between them (a step of the bias) does not round it.
+double rounding_noise(const Sweep& sweep, const DeadBandOptions& options, const DeadBand& band) {
+  constexpr double beyond_sd = 3.0;
+  const NoiseWithin within = noise_within(sweep, options, band);
+  if (!(within.freedom > 0.0)) return band.fit.white_variance;
+  return std::min(band.fit.white_variance, within.variance * (1.0 + beyond_sd * std::sqrt(2.0 / within.freedom)));
+}
+
+/// Share of W_L within which the mean beat is not (4.23): as stated, or eight times the width over which white noise
+/// rounds the edge.
+double margin_of(const Sweep& sweep, const DeadBandOptions& options, const DeadBand& band) {
   constexpr double widths = 8.0, most = 0.5;
   if (!(band.lock_in_rate > 0.0)) return options.margin;
-  const double diffusion = pi * band.scale_factor * band.fit.white_variance;
+  const double diffusion = pi * band.scale_factor * rounding_noise(sweep, options, band);
   const double width = std::cbrt(band.lock_in_rate * diffusion * diffusion);
   return std::max(options.margin, std::min(most, widths * width / band.lock_in_rate));
 }
 
 /// Which points lie outside, by the nominal rate.
 void choose(const Sweep& sweep, const DeadBandOptions& options, bool locked, DeadBand& band) {
-  const double margin = margin_of(options, band);
+  const double margin = margin_of(sweep, options, band);
   band.used.assign(sweep.points.size(), false);
   band.why_not.assign(sweep.points.size(), "");
   band.rows.clear();
@@ -209,13 +223,47 @@ DeadBand fit_dead_band(const Sweep& sweep, const DeadBandOptions& options) {
   return band;
 }
 
-BandRows rows_at(const Sweep& sweep, const DeadBandOptions& options, const DeadBand& band) {
+NoiseWithin noise_within(const Sweep& sweep, const DeadBandOptions& options, const DeadBand& band) {
+  double squares = 0.0, counting = 0.0, freedom = 0.0;
+  for (const Point& point : sweep.points) {
+    const std::size_t size = point.beats.size() / parts_of_segment;
+    const double rate = std::abs(point.rate + band.bias);
+    if (point.dithered || point.spread > 0.0 || rate < clear_of_edge * band.lock_in_rate || size < least_of_part)
+      continue;
+    const double length = static_cast<double>(size) * point.sample_step;
+    const double root = std::hypot(point.beat, band.scale_factor * band.lock_in_rate);
+    // d rate/d beat by (4.23), and the gain of white noise near the edge
+    const double slope = root > 0.0 ? std::abs(point.beat) / root / band.scale_factor : 1.0 / band.scale_factor;
+    std::vector<double> means;
+    for (std::size_t k = 0; k < parts_of_segment; ++k) {
+      double sum = 0.0;
+      for (std::size_t i = k * size; i < (k + 1) * size; ++i) sum += point.beats[i];
+      means.push_back(sum / static_cast<double>(size));
+    }
+    const double mean = std::accumulate(means.begin(), means.end(), 0.0) / static_cast<double>(parts_of_segment);
+    if (std::isnan(mean)) continue;  // samples are missing
+    const double gain = noise_gain(band, point.rate);
+    for (const double one : means) squares += slope * slope * (one - mean) * (one - mean) * length / gain;
+    const auto parts = static_cast<double>(parts_of_segment);
+    counting +=
+        slope * slope * pulses::rounding_variance(1.0, options.edges * length) * length / gain * (parts - 1.0 / parts);
+    freedom += parts - 1.0;
+  }
+  if (!(freedom > 0.0) || !(squares > 0.0)) return {};
+  const double variance = (squares - counting) / freedom;
+  // the squares of sums scatter as those of normal numbers; what is subtracted does not
+  const double total = squares / freedom;
+  if (!(variance > least_beside_counting * total)) return {};
+  return {variance, freedom * std::pow(variance / total, 2)};
+}
+
+BandRows rows_at(const Sweep& sweep, const DeadBandOptions& options, const DeadBand& band, double white_variance) {
   std::vector<double> beats;
   for (const auto& point : sweep.points) beats.push_back(band.sense * point.beat);
   MixedData data = linearised(sweep, options, band.lock_in_rate > 0.0, band, beats);
   BandRows rows{std::move(data.design), data.observations, {}};
   for (std::size_t k = 0; k < rows.rates.size(); ++k) {
-    double variance = band.fit.white_variance / data.weights[k];
+    double variance = white_variance / data.weights[k];
     for (const KnownEffect& effect : data.effects)
       if (effect.each_segment) variance += effect.column[k] * effect.column[k];
     rows.variances.push_back(variance);

@@ -49,7 +49,19 @@ struct BandRows {
   Matrix design;  ///< columns 1/K, b, W_L
   std::vector<double> rates, variances;
 };
-BandRows rows_at(const Sweep& sweep, const DeadBandOptions& options, const DeadBand& band);
+
+/// Given  white_variance  [rad^2/s] of the rate noise
+BandRows rows_at(const Sweep& sweep, const DeadBandOptions& options, const DeadBand& band, double white_variance);
+
+/// White noise of the rate as it shows within the segments, whatever differs between them.
+struct NoiseWithin {
+  double variance = 0.0;  ///< N^2 [rad^2/s]
+  double freedom = 0.0;   ///< degrees of freedom [1]; 0: the segments do not show it
+};
+
+/// By the means of eight parts of each segment whose rate is 1.5 times the lock-in rate and more, less what whole pulses
+/// make of them.
+NoiseWithin noise_within(const Sweep& sweep, const DeadBandOptions& options, const DeadBand& band);
 
 /// Uncertainties of the same fit before the test.
 ///

@@ -128,6 +128,11 @@ Estimate estimate_of(const Answer& answer, const Settings& settings) {
     throw Error(Error::Kind::bad_data, "the record shows neither a dead band nor a random walk of lock-in");
   std::vector<ErrorLine> lines;
   if (answer.band) put_band(*answer.band, placed, estimate, lines);
+  if (!answer.shift.empty()) {
+    std::vector<double> shift(estimate.parameters.size(), 0.0);
+    for (std::size_t i = 0; i < placed.at.size(); ++i) shift[placed.at[i]] = placed.factor[i] * answer.shift[i];
+    lines.push_back(from_shifts("what the sweep may hold beside the dead band", as_column(shift)));
+  }
   if (walk) {
     put_walk(*walk, at, from, gain, derived ? settings.number("dither_rate_sd") : 0.0, estimate.parameters.size(),
              lines);

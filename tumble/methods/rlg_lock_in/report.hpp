@@ -13,6 +13,7 @@ struct Answer {
   std::optional<DeadBand> band;
   std::optional<BeatWalk> walk;
   Findings findings;
+  std::vector<double> shift;  ///< of (1/K, b, W_L) [SI], by what the sweep may hold beside them; empty: nothing
 };
 
 /// Parameters with their covariance and budget; the random walk beside (4.27).

@@ -87,8 +87,9 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   if (any(sweep, false) || moving || !settings.has("scale_factor")) {
     answer.band = fit_dead_band(sweep, dead_band_options(settings));
     append_findings(sweep, *answer.band, settings.integer("edges"), answer.findings);
-    for (Finding& one : departures_of(sweep, dead_band_options(settings), *answer.band))
-      answer.findings.push_back(std::move(one));
+    SweepDepartures departures = departures_of(sweep, dead_band_options(settings), *answer.band);
+    for (Finding& one : departures.findings) answer.findings.push_back(std::move(one));
+    answer.shift = std::move(departures.shift);
   }
   if (any(sweep, true)) answer.walk = beat_walk(sweep);
   if (answer.walk && !answer.walk->lines.empty())

@@ -225,7 +225,8 @@ TEST(DeadBand, SaysHowTheSensesAndTheBiasDiffer) {
     for (std::uint64_t seed = 1; seed <= 10; ++seed) {
       Sweep sweep = exact_sweep(lock_in, 0.0, walk, seed);
       for (std::size_t i = 0; i < sweep.points.size(); ++i) change(sweep.points[i], i);
-      for (const Finding& one : departures_of(sweep, {}, fit_dead_band(sweep, {}))) codes.push_back(one.code);
+      const SweepDepartures departures = departures_of(sweep, {}, fit_dead_band(sweep, {}));
+      for (const Finding& one : departures.findings) codes.push_back(one.code);
     }
     return codes;
   };
@@ -235,6 +236,51 @@ TEST(DeadBand, SaysHowTheSensesAndTheBiasDiffer) {
             std::vector<std::string>(10, "scale_factors_of_senses_differ"));
   EXPECT_EQ(codes_of([&](Point& point, std::size_t i) { again(point, point.rate + (i < 12 ? 0.0 : 0.003 * lock_in)); }),
             std::vector<std::string>(10, "bias_steps_in_sweep"));
+}
+
+/// The first trial with a bias that steps by so many counts a sample in the middle of the sweep.
+Estimate with_step(double size, std::uint64_t seed) {
+  Evidence evidence = trial(seed).evidence;
+  auto& values = evidence.recordings[0].channels[0].values;
+  double rest = 0.0;
+  for (std::size_t i = values.size() / 2; i < values.size(); ++i) {
+    const double all = values[i] + size + rest;
+    values[i] = std::round(all);
+    rest = all - values[i];
+  }
+  return method().identify(evidence, {});
+}
+
+// A step moves the bias, and the scatter that it makes is no noise: rates beside the dead band stay in use, and the step is
+// found. A small one is in the budget.
+TEST(RlgLockIn, AStepOfTheBiasIsFoundHoweverLargeAndCountedWhereItIsSmall) {
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    const Estimate large = with_step(1.0, seed);
+    EXPECT_TRUE(has_finding(large.findings, "bias_steps_in_sweep")) << seed;
+    const Estimate small = with_step(0.03, seed), none = method().identify(trial(seed).evidence, {});
+    const Parameter* bias = find_parameter(small, "bias");
+    const auto at = static_cast<std::size_t>(bias - small.parameters.data());
+    EXPECT_LT(std::abs(bias->value - si(3.0, "deg/h")), 2.5 * standard_uncertainty(small, at)) << seed;
+    EXPECT_GT(standard_uncertainty(small, at), 2.0 * standard_uncertainty(none, at)) << seed;
+  }
+}
+
+// The parts of a segment show the noise that was simulated, whatever differs between segments.
+TEST(DeadBand, TheNoiseWithinSegmentsIsThatOfTheGyro) {
+  Evidence evidence = trial(1).evidence;
+  evidence.recordings.resize(1), evidence.plans.resize(1);
+  const double random_walk = si(0.003, "deg/sqrt(h)");
+  double sum = 0.0;
+  const int seeds = 10;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    evidence.recordings[0] = trial(static_cast<std::uint64_t>(seed)).evidence.recordings[0];
+    const Sweep sweep = sweep_of(evidence);
+    const DeadBandOptions options{.edges = 4};
+    const NoiseWithin within = noise_within(sweep, options, fit_dead_band(sweep, options));
+    EXPECT_GT(within.freedom, 10.0);
+    sum += within.variance / (random_walk * random_walk) / seeds;
+  }
+  EXPECT_NEAR(sum, 1.0, 0.4);  // 14 segments of 7 each, of which a half is counting: 14 % each; and the beat itself
 }
 
 // The dither that sampling leaves in the counts is a line, and not the random walk nor its absence.

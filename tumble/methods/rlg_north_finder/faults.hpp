@@ -18,7 +18,8 @@ Findings order_faults(const Summaries& segments);
 /// reverse, unequal times, rates near multiples of dither frequency over scale factor.
 ///
 /// Given  estimate  with parameters in the order of wanted()
-Findings rotation_faults(const Plan& plan, const Summaries& segments, const Estimate& estimate);
+///        recorded  whether the segments hold the angles that encoders recorded
+Findings rotation_faults(const Plan& plan, const Summaries& segments, const Estimate& estimate, bool recorded);
 
 /// Rotations about another axis than the plan says, in the other sense, of another number of turns: by how gravity goes
 /// round in the accelerometers on the way, or the Earth's rate in the gyro where the axis is upright.

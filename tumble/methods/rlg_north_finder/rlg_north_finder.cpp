@@ -117,7 +117,7 @@ Estimate answer(const Prepared& prepared) {
   Estimate estimate = estimate_of(prepared.evidence, problems, solution, order, local_gravity);
   append(findings, estimate.findings);
   append(order, estimate.findings);
-  append(rotation_faults(plan, segments, estimate), estimate.findings);
+  append(rotation_faults(plan, segments, estimate, prepared.angles.axes.size() > 1), estimate.findings);
   append(count_faults(prepared.evidence, segments, estimate), estimate.findings);
   const Tilts tilts = tilts_by(prepared, problems, solution, values_of(estimate), local_gravity);
   append(tilt_faults(tilts, plan.rig), estimate.findings);

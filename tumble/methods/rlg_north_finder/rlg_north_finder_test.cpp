@@ -610,5 +610,36 @@ TEST(RlgNorthFinder, AnglesSetByHandAreNoFault) {
   }
 }
 
+// Encoders show how far each turn went, so that both senses must count alike to what the noise leaves: 30 ppm of two turns
+// are 22 millidegrees.
+TEST(RlgNorthFinder, SensesThatCountUnlikeAreSeenAgainstTheEncoders) {
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    Trial trial = trial_of(method(), seed);
+    EXPECT_FALSE(has_finding(answer(trial.evidence).findings, "forward_and_reverse_differ"));
+    for (auto& channel : trial.evidence.recordings[0].channels)
+      if (channel.name == "gyro")
+        for (double& v : channel.values) v += v > 0.0 ? std::round(30e-6 * v) : 0.0;
+    EXPECT_TRUE(has_finding(answer(trial.evidence).findings, "forward_and_reverse_differ")) << seed;
+  }
+}
+
+// Two positions in the other order leave the outer axis at another angle for the turns about z: the encoders show it.
+TEST(RlgNorthFinder, PositionsInAnotherOrderAreNoFault) {
+  Evidence evidence;
+  evidence.plan = trial_plan(60.0, 2);
+  Plan carried_out = evidence.plan;
+  auto& schedule = carried_out.schedule;
+  const auto five = std::ranges::find(schedule, "5", &Segment::label);
+  five->axes["outer"] = {.value = si(-90.0, "deg")};
+  std::iter_swap(five, five + 1);
+  evidence.recordings = {simulate(carried_out, 7, {})};
+  const Estimate estimate = answer(evidence);
+  const auto truth = truth_of(evidence.plan);
+  for (std::size_t p = 0; p < truth.size(); ++p)
+    EXPECT_LT(std::abs(estimate.parameters[p].value - truth[p]), 4.0 * standard_uncertainty(estimate, p))
+        << estimate.parameters[p].name;
+  EXPECT_LT(sd(estimate, "gyro.misalignment_z"), si(20.0, "arcsec"));
+}
+
 }  // namespace
 }  // namespace tumble::rlg_north_finder

@@ -12,7 +12,9 @@ using Segments = std::span<const linear::SegmentSummary>;
 constexpr double fewest_stays = 4.0;        ///< for scale factor and bias at rest, and degrees of freedom
 constexpr double turns_apart = 0.2;         ///< [turns] a wrong number of turns is at least a half off
 constexpr double least_angle_apart = 0.05;  ///< [deg] between two rotations: stops and clocks of any table are better
-constexpr double unequal_time = 1e-3;       ///< [1] of the time of a rotation
+/// [arcsec] between two rotations whose angles were recorded: what encoders and the Earth on the way leave.
+constexpr double least_of_recorded = 10.0;
+constexpr double unequal_time = 1e-3;  ///< [1] of the time of a rotation
 
 constexpr double significant = 6.0;  ///< standard deviations
 
@@ -63,7 +65,7 @@ void against_earth(Segments segments, const Path& path, double scale, Findings& 
 }
 
 /// Forward and reverse of an axis must give the same magnitude.
-void both_ways(Segments segments, const Path& path, const Estimate& estimate, Findings& findings) {
+void both_ways(Segments segments, const Path& path, const Estimate& estimate, bool recorded, Findings& findings) {
   const double scale = estimate.parameters[0].value, bias = estimate.parameters[1].value;
   const Turning *forward = path.rotation(0, true), *reverse = path.rotation(0, false);
   if (!forward || !reverse || scale * at_rest(segments).scale < 0.0) return;  // the finding of the other sense says it
@@ -73,9 +75,11 @@ void both_ways(Segments segments, const Path& path, const Estimate& estimate, Fi
     return segment.measured * segment.duration / scale - bias * segment.duration - earth;
   };
   const double difference = std::abs(turned(*forward)) - std::abs(turned(*reverse));
-  const double least =
-      std::max(si(least_angle_apart, "deg"),
-               significant * segments[forward->segment].sd * segments[forward->segment].duration / std::abs(scale));
+  double variance = 0.0;
+  for (const Turning* turning : {forward, reverse})
+    variance += std::pow(segments[turning->segment].sd * turning->seconds / scale, 2);
+  const double least = std::max(recorded ? si(least_of_recorded, "arcsec") : si(least_angle_apart, "deg"),
+                                significant * std::sqrt(variance));
   if (std::abs(difference) > least)
     findings.push_back({Severity::error,
                         "forward_and_reverse_differ",
@@ -141,14 +145,14 @@ void near_multiples(const Plan& plan, Segments segments, const Path& path, doubl
 
 }  // namespace
 
-Findings rotation_faults(const Plan& plan, const Summaries& segments, const Estimate& estimate) {
+Findings rotation_faults(const Plan& plan, const Summaries& segments, const Estimate& estimate, bool recorded) {
   Findings findings;
   const Settings& settings = plan.settings;
   const Segments of_gyro = segments[gyro];
   const Path path = path_of({of_gyro.begin(), of_gyro.end()});
   const double scale = estimate.parameters[0].value;
   against_earth(of_gyro, path, scale, findings);
-  both_ways(of_gyro, path, estimate, findings);
+  both_ways(of_gyro, path, estimate, recorded, findings);
   unequal_times(of_gyro, path, estimate, findings, settings.word("estimator") == "closed_form");
   if (settings.has("dither_frequency")) near_multiples(plan, of_gyro, path, scale, findings);
   return findings;

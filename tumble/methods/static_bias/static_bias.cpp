@@ -13,6 +13,7 @@
 #include "tumble/math/stability/allan_covariance.hpp"
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/static_bias/averages.hpp"
+#include "tumble/methods/static_bias/common_course.hpp"
 #include "tumble/methods/static_bias/power_on.hpp"
 #include "tumble/methods/static_bias/reference.hpp"
 #include "tumble/reduce/answer.hpp"
@@ -266,8 +267,10 @@ void add_bias(const std::vector<RunBias>& runs, const WithinRuns& within, double
     builder.add("bias", "b", mean - along, count - 1.0, std::max(between, within.variance) / count,
                 "mean of the power-ups");
     add_repeatability(runs, between, within, builder);
-    const Findings uneven = between_runs(runs, within, builder.unit);
-    builder.estimate.findings.insert(builder.estimate.findings.end(), uneven.begin(), uneven.end());
+    std::vector<Blocks> blocks;
+    for (const RunBias& run : runs) blocks.push_back(run.blocks);
+    for (const Findings& some : {between_runs(runs, within, builder.unit), common_course(blocks, builder.unit)})
+      builder.estimate.findings.insert(builder.estimate.findings.end(), some.begin(), some.end());
     return;
   }
   const double infinity = std::numeric_limits<double>::infinity();

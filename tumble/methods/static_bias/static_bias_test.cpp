@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 
 #include "tumble/math/noise_model.hpp"
 #include "tumble/math/regression/least_squares.hpp"
@@ -261,6 +262,26 @@ TEST(StaticBias, SaysWhichPowerUpIsUnlikeTheOthersAndWhereItSteps) {
   auto& values = evidence.recordings[2].channels[0].values;
   for (std::size_t i = 900; i < values.size(); ++i) values[i] += 3.0;
   EXPECT_TRUE(has_finding(find_method("static_bias").identify(evidence, {}).findings, "bias_jumps"));
+}
+
+// A room that does the same after each power-up, a warm-up, a step: none is noise, since that of one power-up has nothing in
+// common with that of another.
+TEST(StaticBias, SaysWhatAllPowerUpsHaveInCommon) {
+  const NoiseModel noise{.angle_random_walk = 1.0, .bias_instability = 0.05, .rate_random_walk = 0.003};
+  const auto codes_with = [&](const std::function<double(double)>& course, std::uint64_t first) {
+    Evidence evidence = at_rest(noise, 0.0, 2000, first);
+    for (std::uint64_t seed = 1; seed < 6; ++seed)
+      evidence.recordings.push_back(at_rest(noise, 0.1 * static_cast<double>(seed), 2000, first + seed).recordings[0]);
+    for (Recording& recording : evidence.recordings)
+      for (std::size_t i = 0; i < 2000; ++i) recording.channels[0].values[i] += course(static_cast<double>(i) / 2000.0);
+    return has_finding(find_method("static_bias").identify(evidence, {}).findings, "power_ups_share_course");
+  };
+  for (std::uint64_t first = 100; first < 800; first += 100) {
+    EXPECT_FALSE(codes_with([](double) { return 0.0; }, first)) << first;
+    EXPECT_TRUE(codes_with([](double t) { return 0.4 * std::sin(30.0 * t); }, first)) << first;
+    EXPECT_TRUE(codes_with([](double t) { return t < 0.43 ? 0.0 : 0.5; }, first)) << first;
+    EXPECT_TRUE(codes_with([](double t) { return std::exp(-10.0 * t); }, first)) << first;
+  }
 }
 
 TEST(StaticBias, AsksWhichOfSeveralChannelsIsMeant) {

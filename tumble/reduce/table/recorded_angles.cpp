@@ -4,9 +4,11 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "tumble/clocks/stamp_slack.hpp"
 #include "tumble/core/columns.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/reduce/order_of_marks.hpp"
 #include "tumble/reduce/stretches.hpp"
 #include "tumble/reduce/table/encoders.hpp"
@@ -24,6 +26,12 @@ constexpr double drift_of_tolerance = 0.02;  ///< [1] of the tolerance, below wh
 constexpr double significant = 6.0;            ///< standard deviations
 constexpr double arrived = 20.0 * arcsecond;   ///< [rad] by which an axis that has arrived creeps
 constexpr double still_moving = 0.1 * degree;  ///< [rad] between two readings
+
+constexpr double fewest_of_gain = 5.0;  ///< stands of an axis: three beyond its line
+constexpr double rare_gain = 1e-6;      ///< probability of such a gain by the scatter of the stands
+/// [1] More is no gain of an encoder, but one that stands still or counts in the other direction: the angles say it.
+constexpr double greatest_gain = 0.01;
+constexpr double least_off = 1.0 * arcsecond;  ///< [rad] over all angles of an axis: less is no fault of an encoder
 
 struct Mean {
   double value = 0.0, sd = 0.0;
@@ -75,10 +83,13 @@ std::vector<Stand> stands_of(const Plan& plan, std::size_t recording, const Enco
     const bool slews = motion != nullptr && motion->kind == Kind::slew;
     const double step = 1.0 / mean_rate(channel), slack = stamp_slack(place.end, step);
     if (place.begin > channel.time(channel.values.size() - 1) + slack) continue;  // the recording ends before
-    const Kept kept = slews ? Kept{place.settled, place.end} : kept_motion(encoder, motion, place.settled, place.end);
+    // an axis that stands while another one moves is read all the time
+    const bool beside = motion == nullptr && place.settled + settling + slack >= place.end;
+    const double begin = beside ? place.begin : place.settled;
+    const Kept kept = slews ? Kept{begin, place.end} : kept_motion(encoder, motion, begin, place.end);
     // the last reading of which the interval ends with the segment: the next one holds a part of the next motion
     const std::size_t end = index_at(channel, kept.until - step + slack);
-    std::size_t from = index_at(channel, kept.from + (slews ? 0.0 : settling) - slack);
+    std::size_t from = index_at(channel, kept.from + (slews || beside ? 0.0 : settling) - slack);
     if (slews) from = std::max(from, end_of_move(encoder, index_at(channel, place.begin), end));
     const auto mean = [&](std::size_t a, std::size_t b) {
       return mean_of(channel, a, b, command, encoder.counts_turns, encoder.step);
@@ -98,21 +109,35 @@ std::vector<Stand> stands_of(const Plan& plan, std::size_t recording, const Enco
   return stands;
 }
 
-/// Puts the angles into the schedule. An axis that a segment does not mention remains where it was.
-void replace_angles(const std::vector<Stand>& stands, Plan& plan) {
-  std::map<std::tuple<std::string, int, std::string>, std::pair<double, double>> sums;
+/// Puts the angles into the schedule. An axis that a segment does not mention remains where it was, unless it was
+/// recorded elsewhere: positions that were taken in another order leave it there.
+///
+/// Given     tolerance  [rad], as with_recorded_angles
+void replace_angles(const std::vector<Stand>& stands, double tolerance, Plan& plan) {
+  struct Sum {
+    double recorded = 0.0, commanded = 0.0, count = 0.0;
+  };
+  std::map<std::tuple<std::string, int, std::string>, Sum> sums;
   for (const auto& stand : stands) {
-    auto& [sum, count] = sums[{stand.label, stand.run, stand.axis}];
-    sum += stand.recorded;
-    count += 1.0;
+    Sum& sum = sums[{stand.label, stand.run, stand.axis}];
+    sum.recorded += stand.recorded;
+    sum.commanded += stand.commanded;
+    sum.count += 1.0;
   }
-  for (auto& segment : plan.schedule)
-    for (auto& [axis, motion] : segment.axes) {
-      const auto sum = sums.find({segment.label, segment.run, axis});
-      if (sum == sums.end()) continue;
-      const double angle = sum->second.first / sum->second.second;
-      if (motion.kind == Kind::hold) motion.value = angle;
-      if (motion.kind == Kind::slew) motion.to = angle;
+  for (const auto& [key, sum] : sums)
+    for (auto& segment : plan.schedule) {
+      const auto& [label, run, axis] = key;
+      if (segment.label != label || segment.run != run) continue;
+      const double angle = sum.recorded / sum.count;
+      const auto motion = segment.axes.find(axis);
+      if (motion == segment.axes.end()) {
+        if (std::abs(sum.recorded - sum.commanded) > tolerance * sum.count)
+          segment.axes[axis] = {.kind = Kind::hold, .value = angle};
+      } else if (motion->second.kind == Kind::hold) {
+        motion->second.value = angle;
+      } else if (motion->second.kind == Kind::slew) {
+        motion->second.to = angle;
+      }
     }
 }
 
@@ -156,6 +181,56 @@ void judge(const std::vector<Stand>& stands, double tolerance, Findings& finding
                        {"commanded", worst->commanded, "deg"}},
                       "",
                       off});
+}
+
+/// The line of recorded less commanded angles over the commanded ones of an axis.
+struct AngleGain {
+  std::string axis;
+  double gain = 0.0;  ///< [1]
+  double span = 0.0;  ///< [rad] of the commanded angles
+};
+
+/// The gain of an encoder by the stands of its axis, where it stands out of what they scatter about the line, by no less
+/// than `least_sd` [rad].
+std::optional<AngleGain> gain_of(const std::vector<Stand>& stands, const std::string& axis, double least_sd) {
+  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0, lowest = INFINITY, highest = -INFINITY;
+  const auto each = [&](const auto& with) {
+    for (const Stand& stand : stands)
+      if (stand.axis == axis && !stand.moving) with(stand.commanded, stand.recorded - stand.commanded);
+  };
+  each([&](double command, double off) {
+    n += 1.0, x += command, y += off;
+    lowest = std::min(lowest, command), highest = std::max(highest, command);
+  });
+  if (n < fewest_of_gain) return {};
+  each([&](double command, double off) {
+    xx += (command - x / n) * (command - x / n);
+    xy += (command - x / n) * (off - y / n);
+    yy += (off - y / n) * (off - y / n);
+  });
+  if (!(xx > 0.0)) return {};
+  const double gain = xy / xx, scatter = std::sqrt(std::max(0.0, yy - gain * xy) / (n - 2.0));
+  const double sd = std::max(scatter, least_sd) / std::sqrt(xx);
+  const double size = std::abs(gain), span = highest - lowest;
+  const double by_chance = std::max(student_quantile(1.0 - 0.5 * rare_gain, n - 2.0) * sd, least_off / span);
+  if (!(size > by_chance) || size > greatest_gain) return {};
+  return AngleGain{axis, gain, span};
+}
+
+/// Encoders whose angles differ from the plan in proportion: over whole turns a disc cannot be off, but the number of its
+/// lines can be stated wrongly.
+void judge_gains(const std::vector<Stand>& stands, const std::vector<std::string>& axes, const Plan& plan,
+                 Findings& findings) {
+  const bool states = plan.rig.texts().contains("repeatability_sd") && !plan.rig.flag("ideal");
+  const double least_sd = states ? plan.rig.number("repeatability_sd") : 0.0;
+  for (const std::string& axis : axes)
+    if (const auto found = gain_of(stands, axis, least_sd))
+      findings.push_back({Severity::warning,
+                          "angles_off_in_proportion",
+                          {{"axis", found->axis},
+                           {"gain", found->gain, "ppm"},
+                           {"off", found->gain * found->span, "arcsec"},
+                           {"span", found->span, "deg"}}});
 }
 
 /// How much later [s] than the plan says an axis passes the middle between two angles [rad]; NaN: it does not pass it.
@@ -225,7 +300,7 @@ RecordedAngles with_recorded_angles(const Evidence& evidence, double settling, d
   }
   for (const auto& [plan, stands] : by_plan) {
     const auto changed = [&](Plan copy) {
-      replace_angles(stands, copy);
+      replace_angles(stands, tolerance, copy);
       replace_repeatability(stands, out.axes, copy);
       return copy;
     };
@@ -234,6 +309,7 @@ RecordedAngles with_recorded_angles(const Evidence& evidence, double settling, d
       if (own.get() == plan) own = std::make_shared<const Plan>(changed(*plan));
   }
   judge(out.stands, tolerance, out.findings);
+  judge_gains(out.stands, out.axes, evidence.plan, out.findings);
   return out;
 }
 

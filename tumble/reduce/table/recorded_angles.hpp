@@ -30,12 +30,13 @@ struct RecordedAngles {
   Evidence evidence;
   std::vector<Stand> stands;      ///< empty: no angles were recorded
   std::vector<std::string> axes;  ///< whose angles were recorded
-  Findings findings;              ///< angle_off_plan, axis_not_at_rest, turn_late, turn_early
+  Findings findings;              ///< angle_off_plan, angles_off_in_proportion, axis_not_at_rest, turn_late, turn_early
 };
 
 /// Channels called <axis>_angle (or named for such a role in [channels]) replace what the plan commands.
 ///
-/// A rest begins `settling` after its axes have settled, by the plan and by the encoder, and ends with the segment or when the
+/// An axis that a segment does not mention stands where its encoder shows it, if that is farther from the plan than the
+/// tolerance. A rest begins `settling` after its axes have settled, by the plan and by the encoder, and ends with the segment or when the
 /// encoder shows the next move; after a slew it is the remainder of the segment in which the readings are as the last
 /// one, or else the last reading. A slew that is not over in its segment is an error. Readings that do not count turns are taken nearest to the
 /// command. Where they count turns, a finding names a slew that passes its middle at another time than the plan says:

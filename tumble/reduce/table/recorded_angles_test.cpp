@@ -123,5 +123,39 @@ TEST(RecordedAngles, WithoutEncodersNothingChanges) {
   EXPECT_EQ(angles.evidence.plan.rig.texts(), evidence.plan.rig.texts());
 }
 
+// An encoder whose number of lines is stated wrongly by one of 36 000: 0.1 deg and 100 arcsec over ten turns are beyond any
+// repeatability, and below the tolerance.
+TEST(RecordedAngles, AnEncoderWithAGainIsSaid) {
+  EXPECT_TRUE(with_recorded_angles(recorded(1.0 * arcsec), 2.0, si(0.2, "deg")).findings.empty());
+  Evidence evidence = recorded(1.0 * arcsec);
+  Plan& plan = evidence.plan;
+  plan.schedule.push_back({"d", 60.0, 1, {{"inner", Motion{.value = si(3780, "deg")}}}});
+  plan.schedule.push_back({"e", 60.0, 1, {{"inner", Motion{.value = si(3600, "deg")}}}});
+  evidence.recordings = {simulate(plan, 3, {})};
+  EXPECT_TRUE(with_recorded_angles(evidence, 2.0, si(0.2, "deg")).findings.empty());
+  for (auto& channel : evidence.recordings[0].channels)
+    if (channel.name == "inner_angle")
+      for (double& v : channel.values) v *= 1.0 + 1.0 / 36000.0;
+  const auto angles = with_recorded_angles(evidence, 2.0, si(0.2, "deg"));
+  ASSERT_EQ(angles.findings.size(), 1u);
+  // 1 arcsec of repeatability over the 64 rad between the rests: four sd
+  EXPECT_NEAR(value_of(angles.findings[0], "angles_off_in_proportion", "gain"), 1.0 / 36000.0, 3e-7);
+  EXPECT_NEAR(value_of(angles.findings[0], "angles_off_in_proportion", "span"), si(3780, "deg"), 1e-9);
+}
+
+// The segment of the turns does not mention the outer axis, which stands where it was left.
+TEST(RecordedAngles, AnAxisThatASegmentDoesNotMentionStandsWhereItIs) {
+  Evidence evidence = recorded(1.0 * arcsec);
+  Plan carried_out = evidence.plan;
+  carried_out.schedule[1].axes.at("outer").value = si(45, "deg");
+  evidence.recordings = {simulate(carried_out, 3, {})};
+  const auto angles = with_recorded_angles(evidence, 2.0, si(0.1, "deg"));
+  const auto& turns = angles.evidence.plan.schedule[2];
+  EXPECT_NEAR(turns.axes.at("outer").value, si(45, "deg"), 5.0 * arcsec);
+  EXPECT_NEAR(angles.evidence.plan.schedule[3].axes.at("outer").value, si(45, "deg"), 5.0 * arcsec);
+  EXPECT_FALSE(
+      with_recorded_angles(recorded(0.0), 2.0, si(0.1, "deg")).evidence.plan.schedule[2].axes.contains("outer"));
+}
+
 }  // namespace
 }  // namespace tumble::table
