@@ -100,6 +100,22 @@ TEST(Checks, ScheduleMismatch) {
   EXPECT_TRUE(findings_of("schedule_mismatch", made, &plan).empty());  // one run
 }
 
+// Samples that begin 0.5 s after the first mark and end 0.5 s after the plan are late; at the end alone, the last segment is long.
+TEST(Checks, SamplesLateOnMarks) {
+  Plan plan = two_runs();
+  plan.schedule.resize(2);  // 60 s and 100 s
+  const double length = plan.schedule[0].duration + plan.schedule[1].duration;
+  Recording made = recording({channel("gyro", "deg/h", white(static_cast<std::size_t>(100.0 * length), 10))});
+  made.marks = {{"soak", 0.0, 1}, {"ramp", plan.schedule[0].duration, 1}};
+  EXPECT_TRUE(findings_of("schedule_mismatch", made, &plan).empty());
+  made.channels[0].timeline.start = 2.5;
+  EXPECT_TRUE(
+      is_finding(finding_of("schedule_mismatch", made, &plan), "samples_late_on_marks", {{"shift", 2.5, "s"}}, ""));
+  made.channels[0].timeline.start = 0.0;
+  made.channels[0].values.resize(made.channels[0].values.size() + 250);
+  EXPECT_EQ(finding_of("schedule_mismatch", made, &plan).code, "segment_duration");
+}
+
 /// 10 s of samples at 100 Hz; a stream may come late by half a second.
 TEST(Checks, SegmentsBehindTheLastSample) {
   Recording made = recording({channel("gyro", "deg/h", white(1000, 1))});

@@ -151,6 +151,17 @@ TEST(SampleChecks, ADeadBandIsSaid) {
   EXPECT_EQ(codes("zeros", counts, "pulse"), "no_value_near_zero");
 }
 
+// Rests of an output in steps that has a larger scale on its positive side: its values are no multiples of one step, and zero
+// is one of them.
+TEST(SampleChecks, AStepAtZeroOfAnOutputThatIsLargerOnOneSideIsNoPlaceholder) {
+  const RandomStream random(14);
+  auto values = series(many, [&](std::size_t i) {
+    const double level = 0.37 * (static_cast<double>(i / 400) - 12.0) + 0.1 * random.normal(i);
+    return (level > 0.0 ? 1.001 : 1.0) * std::round(level);
+  });
+  EXPECT_EQ(codes("zeros", values), "");
+}
+
 TEST(SampleChecks, ZerosOfItsOwnAreNot) {
   for (const double step : {0.1, 1.0, 2.0}) EXPECT_EQ(codes("zeros", rounded_to(step, white(many, 12))), "") << step;
   // a quiet counter that rests at nothing, and turns in between

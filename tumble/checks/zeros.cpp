@@ -92,6 +92,20 @@ bool leaves_hole(const Nearest& nearest, double step, double least_steps) {
          nearest.count * (nearest.first - step) > expected_in_hole * nearest.last;
 }
 
+/// Whether zero is a value of an output in steps, next to a step away: most changes from zero lead to the first step, and the
+/// next value is about as far from that. Steps need not be equal on both sides.
+bool is_a_step(const std::vector<double>& x, double first) {
+  constexpr double beside_step = 1.5, next_step = 3.0;  // [steps]
+  double to_first = 0.0, all = 0.0, next = INFINITY;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (const double size = std::abs(x[i]); size > beside_step * first) next = std::min(next, size);
+    if (i == 0 || !((x[i] == 0.0) != (x[i - 1] == 0.0)) || std::isnan(x[i]) || std::isnan(x[i - 1])) continue;
+    all += 1.0;
+    to_first += std::abs(x[i] + x[i - 1]) <= beside_step * first ? 1.0 : 0.0;
+  }
+  return 2.0 * to_first > all && next < next_step * first;
+}
+
 Finding dead_band(const Channel& channel, const Zeros& zeros, double edge) {
   return {Finding::Severity::warning,
           "no_value_near_zero",
@@ -165,6 +179,7 @@ Findings of_values(const Channel& channel, const Zeros& zeros, std::size_t segme
   if (!(static_cast<double>(zeros.count) > static_cast<double>(least) + excess * nearest.of_each)) return {};
   if (2 * zeros.alone < zeros.count && leaves_hole(nearest, nearest.step, least_hole))
     return {dead_band(channel, zeros, nearest.first)};
+  if (2 * zeros.alone < zeros.count && is_a_step(channel.values, nearest.first)) return {};
   return {in_place_of_samples(channel, zeros)};
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <ranges>
 #include <set>
 
 #include "tumble/checks/check.hpp"
@@ -45,18 +46,22 @@ std::set<std::string> codes_in(std::span<const Answer> answers) {
   return codes;
 }
 
-/// The fits are not worse than the worst of the sound ones, nothing is said that is not said of these, and nothing that was
-/// recorded beside the outputs has changed.
-bool looks_sound(std::span<const Answer> answers, std::span<const Answer> sound) {
+/// Each is named, or else the fit is not worse than the worst of the sound ones, nothing is said that is not said of these, and
+/// nothing that was recorded beside the outputs has changed.
+bool named_or_looks_sound(std::span<const Answer> answers, std::span<const Answer> sound,
+                          const std::vector<std::string>& told_by) {
   double worst = 0.0;
   for (const Answer& answer : sound) worst = std::max(worst, answer.reduced_chi_square);
   constexpr double of_few_seeds = 1.2;  // the greatest of ten further sound tests may be somewhat greater
   const std::set<std::string> known = codes_in(sound);
-  return std::ranges::all_of(answers, [&](const Answer& answer) {
-    return answer.refusal.empty() && !answer.other_channels_changed &&
-           answer.reduced_chi_square <= of_few_seeds * worst &&
-           std::ranges::all_of(answer.codes, [&](const std::string& code) { return known.contains(code); });
-  });
+  const auto passes = [&](std::size_t i) {
+    const Answer& answer = answers[i];
+    return names(answer, sound[i], told_by) ||
+           (answer.refusal.empty() && !answer.other_channels_changed &&
+            answer.reduced_chi_square <= of_few_seeds * worst &&
+            std::ranges::all_of(answer.codes, [&](const std::string& code) { return known.contains(code); }));
+  };
+  return std::ranges::all_of(std::views::iota(std::size_t{0}, answers.size()), passes);
 }
 
 bool same_times(const Channel& a, const Channel& b) {
@@ -143,7 +148,7 @@ CellVerdict judge_cell(std::span<const Answer> answers, std::span<const Answer> 
     verdict.handling = Handling::refused;
   else if (verdict.worst_rms < most_rms)
     verdict.handling = Handling::held;
-  else if (listed && looks_sound(answers, sound))
+  else if (listed && named_or_looks_sound(answers, sound, told_by))
     verdict.handling = Handling::cannot_be_seen;
   if (verdict.handling == Handling::named && verdict.refused == 0 && verdict.worst_rms < most_rms)
     verdict.handling = Handling::held;

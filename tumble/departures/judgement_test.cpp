@@ -80,6 +80,15 @@ TEST(CellJudgement, CannotBeSeenIsListedAndShown) {
   EXPECT_EQ(judge_cell(ten(50.0, {"outlier"}), ten(1.0), gap, true).handling, Handling::silent);
 }
 
+TEST(CellJudgement, EachThatCannotBeSeenLooksSoundOrIsNamed) {
+  Answers some = ten(50.0);
+  for (std::size_t i = 0; i < 3; ++i) some[i].codes = {"gap"}, some[i].reduced_chi_square = 3.0;
+  EXPECT_EQ(judge_cell(some, ten(1.0), gap, true).handling, Handling::cannot_be_seen);
+  EXPECT_EQ(judge_cell(some, ten(1.0), gap, false).handling, Handling::silent);
+  some[5].codes = {"outlier"};
+  EXPECT_EQ(judge_cell(some, ten(1.0), gap, true).handling, Handling::silent);
+}
+
 TEST(CellJudgement, SoundTestsThatAreAccusedAreCounted) {
   Answers sound = ten(1.0);
   sound[2].codes = {"gap", "jitter"};

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int most_waves = 300;  ///< of the series: its rest is 1/(2 pi^2 300), 2e-4 of the step squared, without noise
 
-/// Values of the stretches at rest.
+/// Values of the stretches.
 struct Values {
   std::set<double> all;   ///< different ones
   double gap = 0.0;       ///< least difference between two of one stretch; 0: none shows two
@@ -29,22 +29,36 @@ double least_difference(const std::set<double>& values) {
   return least;
 }
 
-void add(const Stretch& stretch, Values& values) {
-  constexpr std::size_t most = 40;
+constexpr std::size_t most_different = 40;  ///< values in a stretch at rest
+constexpr std::size_t fewest_different = 4;
+
+void add_different(const std::set<double>& different, Values& values) {
+  values.all.insert(different.begin(), different.end());
+  if (different.size() < 2) return;
+  const double gap = least_difference(different);
+  values.gap = values.gap > 0.0 ? std::min(values.gap, gap) : gap;
+}
+
+std::set<double> different_in(const Stretch& stretch) {
   std::set<double> different;
+  for (const double v : stretch.values)
+    if (std::isfinite(v) && different.size() <= most_different) different.insert(v);
+  return different;
+}
+
+/// Given: a stretch at rest.
+void add(const Stretch& stretch, Values& values) {
+  const std::set<double> different = different_in(stretch);
   double sum = 0.0, count = 0.0, squares = 0.0;
   for (const double v : stretch.values)
-    if (std::isfinite(v) && different.size() <= most) different.insert(v), sum += v, ++count;
+    if (std::isfinite(v)) sum += v, ++count;
   if (count < 2.0) return;
-  values.resolved = values.resolved || different.size() > most;
-  values.all.insert(different.begin(), different.end());
+  values.resolved = values.resolved || different.size() > most_different;
   for (const double v : stretch.values)
     if (std::isfinite(v)) squares += square(v - sum / count);
   values.squares += squares;
   values.freedom += count - 1.0;
-  if (different.size() < 2) return;
-  const double gap = least_difference(different);
-  values.gap = values.gap > 0.0 ? std::min(values.gap, gap) : gap;
+  add_different(different, values);
 }
 
 /// The largest step of which all differences are whole multiples; 0: none.
@@ -89,7 +103,10 @@ std::optional<CoarseOutput> coarse_output(const ConductedTest& test) {
     if (stretch.steady) add(stretch, values);
     if (values.resolved) return {};
   }
-  if (values.all.size() < 4 || !(values.freedom > 0.0)) return {};
+  if (values.all.size() < fewest_different)  // at rest one value, or two, of a step that the noise does not cross
+    for (const auto& stretch : test.stretches)
+      if (!stretch.steady) add_different(different_in(stretch), values);
+  if (values.all.size() < fewest_different || !(values.freedom > 0.0)) return {};
   const double step = common_step(values);
   if (!(step > 0.0)) return {};
   const double noise = noise_of(values.squares / values.freedom / square(step));

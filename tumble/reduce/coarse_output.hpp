@@ -21,8 +21,8 @@ struct CoarseOutput {
 /// q^2/12 where the noise is far below a step, a thousandth of q where it is 0.54 q. The scatter about the mean of a
 /// stretch shows s: its square is s^2 + q^2/12 - rounding_sd^2 on average.
 ///
-/// The step is the greatest value of which all differences between values are whole multiples, four values at least.
-/// Where no stretch shows two values, they must differ by a hundred steps and more for this to mean anything.
+/// The step is the greatest value of which all differences between values are whole multiples, four values at least;
+/// where the rests show fewer, those of the stretches that move count too. Where no stretch shows two values, they must differ by a hundred steps and more for this to mean anything.
 ///
 /// Returned  nothing where the noise takes more values than that, or the values have no common step
 /// See       Widrow and Kollar, Quantization Noise (2008), chapter 4: the characteristic function of rounded noise

@@ -51,6 +51,27 @@ TEST(CoarseOutput, RoundingOfMeansAgreesWithSimulation) {
   }
 }
 
+// Rests that all show one value do not show the step; the stretches that move do, and rounding is that of no noise.
+TEST(CoarseOutput, StepThatNoRestCrossesIsThatOfTheMotion) {
+  ConductedTest test;
+  const auto add = [&](bool steady, const std::vector<double>& steps) {
+    std::vector<double> values;
+    for (const double s : steps) values.push_back(0.013 * s);
+    Stretch stretch;
+    stretch.steady = steady;
+    stretch.values = EvenValues(std::move(values), 1.0);
+    test.stretches.push_back(std::move(stretch));
+  };
+  add(true, {0, 0, 0, 0});
+  add(true, {1, 1, 1, 1});
+  EXPECT_FALSE(coarse_output(test));
+  add(false, {7, 9, 12, 11});
+  const auto found = coarse_output(test);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->step, 0.013, 1e-9);
+  EXPECT_NEAR(found->rounding_sd, 0.013 / std::sqrt(12.0), 1e-5);
+}
+
 // With a noise of a step and more means are as good as without steps.
 TEST(CoarseOutput, NoiseOfAStepLeavesNoRounding) {
   const auto found = coarse_output(rounded(0.013, 1.0, 50, 3).test);

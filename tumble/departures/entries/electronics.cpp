@@ -78,7 +78,7 @@ std::vector<Departure> of_electronics() {
           {.name = "asymmetry",
            .summary = "an output has a larger scale factor for positive inputs",
            .targets = outputs,
-           .told_by = {"beyond_linear_form", "forward_and_reverse_differ", "output_asymmetric",
+           .told_by = {"beyond_linear_form", "forward_and_reverse_differ", "output_asymmetric", "output_not_linear",
                        "segments_differ_from_model", "scale_factors_of_senses_differ"},
            .unit = "ppm",
            .covered = covered_asymmetry,

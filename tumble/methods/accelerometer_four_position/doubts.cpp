@@ -8,11 +8,11 @@
 #include <set>
 
 #include "tumble/math/median.hpp"
+#include "tumble/methods/accelerometer_four_position/set_points.hpp"
 
 namespace tumble::accelerometer_four_position {
 namespace {
 
-constexpr double one_set_point = 1.0;  ///< [K] set points that differ by less are those of a plan without a chamber
 /// [K] by which a thermometer may differ from the set point at one temperature more than at the others. Chosen: chambers hold
 /// 2 K.
 constexpr double off_at_one = 2.5;
@@ -20,26 +20,9 @@ constexpr double off_at_one = 2.5;
 constexpr double off_at_all = 30.0;
 constexpr double fewest_windows_at_level = 8.0;  ///< that count nothing: fewer may do so by chance
 
-/// Measured less commanded temperature [K] of each group of cells.
-std::vector<double> off_set_point(const Bench& bench) {
-  std::vector<double> sums(bench.group_temperature.size(), 0.0), counts(sums.size(), 0.0);
-  for (const Cell& cell : bench.cells)
-    for (const std::size_t i : {cell.up, cell.down}) {
-      sums[cell.group] += bench.positions[i].temperature - bench.positions[i].set_point;
-      counts[cell.group] += 1.0;
-    }
-  for (std::size_t g = 0; g < sums.size(); ++g) sums[g] /= std::max(counts[g], 1.0);
-  return sums;
-}
-
-bool has_set_points(const Bench& bench) {
-  const auto [least, most] = std::ranges::minmax(bench.positions, {}, &Position::set_point);
-  return most.set_point - least.set_point > one_set_point;
-}
-
 void about_set_points(const Bench& bench, Findings& findings) {
-  if (!bench.measured_temperature || bench.cells.empty() || !has_set_points(bench)) return;
-  const std::vector<double> off = off_set_point(bench);
+  const std::vector<double> off = off_set_points(bench);
+  if (off.empty()) return;
   const double usual = median(off);
   std::size_t worst = 0;
   for (std::size_t g = 0; g < off.size(); ++g)

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/methods/accelerometer_four_position/set_points.hpp"
 #include "tumble/reduce/pulses/rounding.hpp"
 
 namespace tumble::accelerometer_four_position {
@@ -73,17 +74,37 @@ std::vector<Source> known_sources(const Bench& bench, const Stacked& all, const 
   return sources;
 }
 
-void add_thermometer(const Bench& bench, const Stacked& all, const Design& design, const std::vector<double>& centred,
-                     double sd, std::vector<Source>& sources) {
-  if (!(sd > 0.0)) return;
+namespace {
+
+/// Shift [n] of Stacked::z where the temperature of each cell is off by what `error` [K] says.
+template <class Error>
+std::vector<double> shift_by_temperature(const Bench& bench, const Stacked& all, const Design& design,
+                                         const std::vector<double>& centred, const Error& error) {
   std::vector<double> shift(all.z.size());
   for (std::size_t b = 0; b < all.active.size(); ++b)
     for (std::size_t c = 0; c < all.cells; ++c)
       for (std::size_t k = 1; k < design.blocks[b].count; ++k)
-        shift[all.index(b, c)] += sd * centred[design.blocks[b].first + k] * static_cast<double>(k) *
+        shift[all.index(b, c)] += error(bench.cells[c]) * centred[design.blocks[b].first + k] * static_cast<double>(k) *
                                   std::pow(design.u(bench.cells[c].temperature), static_cast<double>(k - 1)) /
                                   design.half;
-  add(sources, "thermometer", outer(shift, shift));
+  return shift;
+}
+
+}  // namespace
+
+void add_thermometer(const Bench& bench, const Stacked& all, const Design& design, const std::vector<double>& centred,
+                     double sd, std::vector<Source>& sources) {
+  const auto add_errors = [&](const char* name, const auto& error) {
+    const auto shift = shift_by_temperature(bench, all, design, centred, error);
+    add(sources, name, outer(shift, shift));
+  };
+  if (sd > 0.0) add_errors("thermometer", [&](const Cell&) { return sd; });
+  const Settings& rig = bench.evidence.test.power_ups.front().plan->rig;
+  const double stated = rig.has("thermometer_scale_sd") ? rig.number("thermometer_scale_sd") : 0.0;
+  const double scale = scale_beside_set_points(bench, stated), middle = design.centre;
+  if (scale > 0.0)
+    add_errors("thermometer against the set points",
+               [&](const Cell& cell) { return scale * (cell.temperature - middle); });
 }
 
 }  // namespace tumble::accelerometer_four_position

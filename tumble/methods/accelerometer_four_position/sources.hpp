@@ -27,7 +27,8 @@ Matrix sum_of(const std::vector<Source>& sources);
 std::vector<Source> known_sources(const Bench& bench, const Stacked& all, const Design& design,
                                   const std::vector<double>& parameters);
 
-/// The effect of temperatures that all have an error of `sd` [K]; `centred` are the coefficients of the design.
+/// The effect of temperatures that all have an error of `sd` [K], and of a scale of the thermometer that is another one than
+/// that of the set points; `centred` are the coefficients of the design.
 void add_thermometer(const Bench& bench, const Stacked& all, const Design& design, const std::vector<double>& centred,
                      double sd, std::vector<Source>& sources);
 

@@ -5,10 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <limits>
 
 #include "tumble/core/columns.hpp"
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/math/regression/least_squares.hpp"
+#include "tumble/math/square.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/linear/rows.hpp"
 
@@ -46,26 +49,68 @@ Matrix gradients_of(std::size_t pairs, std::size_t pair, const std::array<double
   return gradients;
 }
 
-/// nu = v^2/(v_w^2/nu_w + v_s^2/nu_s) of each difference, with v from the settled covariance.
+/// Variance of a term of the whole unit, or of a channel alone, by the repeatability of the bias [SI^2].
+double from_repeats(const Pair& pair, std::size_t term) {
+  return term % per_axis == 0 ? square(pair.repeatability) : 0.0;
+}
+
+/// nu = v^2/(v_w^2/nu_w + v_s^2/nu_s) of a difference, with v from the settled covariance without the repeatability.
+double freedom_of_difference(const std::vector<Pair>& pairs, std::size_t p, std::size_t term,
+                             const Estimate& estimate) {
+  const double repeats = from_repeats(pairs[p], term);
+  const auto variance = [&](std::size_t set) {
+    const std::size_t k = place(pairs.size(), set, p, term);
+    return estimate.covariance(k, k) - (set == 2 ? 2.0 : 1.0) * repeats;
+  };
+  const double of_v = square(variance(0)) / pairs[p].whole.degrees_of_freedom[term] +
+                      square(variance(1)) / pairs[p].split.degrees_of_freedom[term];
+  return of_v > 0.0 ? std::max(1.0, square(variance(2)) / of_v) : std::numeric_limits<double>::infinity();
+}
+
+/// With the repeatability, whose variance has three degrees of freedom (Welch and Satterthwaite).
 void set_degrees_of_freedom(const std::vector<Pair>& pairs, Estimate& estimate) {
+  constexpr double channels = 3.0;
   for (std::size_t p = 0; p < pairs.size(); ++p)
     for (std::size_t i = 0; i < terms; ++i) {
-      const std::array<double, 2> nu{pairs[p].whole.degrees_of_freedom[i], pairs[p].split.degrees_of_freedom[i]};
-      double of_v = 0.0;
-      for (std::size_t set = 0; set < 2; ++set) {
+      const double repeats = from_repeats(pairs[p], i);
+      const std::array<double, 3> nu{pairs[p].whole.degrees_of_freedom[i], pairs[p].split.degrees_of_freedom[i],
+                                     freedom_of_difference(pairs, p, i, estimate)};
+      for (std::size_t set = 0; set < 3; ++set) {
         const std::size_t k = place(pairs.size(), set, p, i);
-        estimate.parameters[k].degrees_of_freedom = nu[set];
-        of_v += std::pow(estimate.covariance(k, k), 2) / nu[set];
+        const double all = estimate.covariance(k, k), by_repeats = (set == 2 ? 2.0 : 1.0) * repeats;
+        const double of_variance = square(all - by_repeats) / nu[set] + square(by_repeats) / channels;
+        estimate.parameters[k].degrees_of_freedom = repeats > 0.0 ? std::max(1.0, square(all) / of_variance) : nu[set];
       }
-      const std::size_t k = place(pairs.size(), 2, p, i);
-      if (of_v > 0.0)
-        estimate.parameters[k].degrees_of_freedom = std::max(1.0, std::pow(estimate.covariance(k, k), 2) / of_v);
     }
+}
+
+/// Sets the repeatability of the biases by the differences of the settled parameters.
+void find_repeatability(std::size_t p, std::vector<Pair>& pairs, const Estimate& estimate) {
+  double beyond = 0.0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::size_t k = place(pairs.size(), 2, p, index_of(axis, 0));
+    beyond += square(estimate.parameters[k].value) - estimate.covariance(k, k);
+  }
+  pairs[p].repeatability = std::sqrt(std::max(0.0, beyond / 6.0));
+}
+
+/// The same number in a bias of the whole unit, or of a channel alone, and in its difference.
+std::vector<ErrorLine> lines_of_repeats(std::size_t p, const std::vector<Pair>& pairs) {
+  const double sd = pairs[p].repeatability;
+  Matrix shifts(3 * pairs.size() * terms, 6);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (std::size_t set = 0; set < 2; ++set) {
+      const std::size_t column = 2 * axis + set, term = index_of(axis, 0);
+      shifts(place(pairs.size(), set, p, term), column) = sd;
+      shifts(place(pairs.size(), 2, p, term), column) = set == 0 ? sd : -sd;
+    }
+  if (!(sd > 0.0)) return {};
+  return {from_shifts("repeatability from power-up to power-up", std::move(shifts))};
 }
 
 }  // namespace
 
-void add_parameters(const std::vector<Pair>& pairs, Estimate& estimate) {
+void add_parameters(std::vector<Pair>& pairs, Estimate& estimate) {
   estimate.parameters.resize(3 * pairs.size() * terms);
   std::vector<ErrorLine> lines;
   const auto add_lines = [&](const Matrix& gradients, const std::vector<ErrorLine>& of) {
@@ -90,6 +135,11 @@ void add_parameters(const std::vector<Pair>& pairs, Estimate& estimate) {
       }
   }
   settle(estimate, lines);
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    find_repeatability(p, pairs, estimate);
+    std::ranges::move(lines_of_repeats(p, pairs), std::back_inserter(lines));
+  }
+  settle(estimate, lines);
   set_degrees_of_freedom(pairs, estimate);
 }
 
@@ -111,10 +161,11 @@ void add_agreement(const std::vector<Pair>& pairs, const Settings& settings, Est
     for (std::size_t i = 0; i < terms; ++i) {
       const std::size_t index = place(pairs.size(), 2, p, i);
       const auto& parameter = estimate.parameters[index];
-      const double sd = standard_uncertainty(estimate, index), size = std::abs(parameter.value);
+      const double sd = std::sqrt(estimate.covariance(index, index) - 2.0 * from_repeats(pairs[p], i));
+      const double size = std::abs(parameter.value);
       const double tolerance = settings.number(tolerance_of(pairs[p].kind, i % per_axis));
       if (size <= 2.0 * sd + tolerance) ++agreeing;
-      if (size > student_quantile(each, parameter.degrees_of_freedom) * sd + tolerance)
+      if (size > student_quantile(each, freedom_of_difference(pairs, p, i, estimate)) * sd + tolerance)
         estimate.findings.push_back({Finding::Severity::warning,
                                      "term_differs",
                                      {{"difference", parameter.value, parameter.unit}, {"ratio", size / sd}},

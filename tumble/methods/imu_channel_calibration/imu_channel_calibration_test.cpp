@@ -161,5 +161,24 @@ TEST(ImuChannels, WithoutGyrosTheAccelerometersStand) {
   EXPECT_NE(finding_of(estimate.findings, "no_gyro_tested_alone"), nullptr);
 }
 
+// One gyro has another bias in the power-up in which it was alone: nothing says which of the two is usual.
+TEST(ImuChannels, ABiasThatDoesNotRepeatIsNamedAndInTheUncertaintyOfBoth) {
+  Trial trial = trial_of(method(), 1);
+  const Estimate sound = method().identify(trial.evidence, {});
+  for (Channel& channel : trial.evidence.recordings[4].channels)  // after the unit and three accelerometers
+    if (channel.name == "gyro_x")
+      for (double& count : channel.values) count += 1.0;
+  const Estimate estimate = method().identify(trial.evidence, {});
+  EXPECT_TRUE(std::ranges::any_of(estimate.findings, [](const Finding& finding) {
+    return finding.code == "term_differs" && finding.where == "gyro_x_bias";
+  }));
+  for (const char* name : {"gyro_x_bias", "split.gyro_x_bias", "whole_minus_split.gyro_x_bias"}) {
+    const auto i = static_cast<std::size_t>(find_parameter(estimate, name) - estimate.parameters.data());
+    const double truth = std::ranges::find(trial.truth, name, &std::pair<std::string, double>::first)->second;
+    EXPECT_LT(std::abs(estimate.parameters[i].value - truth), 3.0 * standard_uncertainty(estimate, i)) << name;
+    EXPECT_GT(standard_uncertainty(estimate, i), 3.0 * standard_uncertainty(sound, i)) << name;
+  }
+}
+
 }  // namespace
 }  // namespace tumble::imu_channel_calibration_test

@@ -176,6 +176,52 @@ TEST(ImuFerraris, ABiasThatChangedBetweenPosesAndTurnsIsNamedAndInTheBudget) {
   EXPECT_LT(error, 2.0 * standard_uncertainty(other, i));
 }
 
+TEST(ImuFerraris, RawAccelerometersChangeNothingOfTheBiasInTheTurns) {
+  const auto identified_with = [](double scale) {
+    Evidence evidence = Session().evidence({{"rotation_angle_sd", "0.001 deg", "", true, true}});
+    Recording& recording = evidence.recordings[0];
+    for (std::size_t t = 0; t < 3; ++t) rest_at_ends(recording, t, 0.0);
+    for (std::size_t k = 0; k < 3; ++k) {
+      recording.channels[k].unit = Unit::parse(scale == 1.0 ? "m/s^2" : "LSB");
+      if (scale != 1.0) recording.channels[k].kind = QuantityKind::count;
+      for (double& value : recording.channels[k].values) value *= scale;
+    }
+    return identified(evidence);
+  };
+  const auto force = identified_with(1.0), counts = identified_with(4096.0);
+  EXPECT_FALSE(has_finding(counts.findings, "bias_in_turn_differs"));
+  const auto i = static_cast<std::size_t>(find_parameter(force, "gyro_z_scale_factor") - force.parameters.data());
+  EXPECT_NEAR(standard_uncertainty(counts, i) / standard_uncertainty(force, i), 1.0, 0.01);
+}
+
+TEST(ImuFerraris, ABiasThatSettlesInThePosesIsNamedAndInTheBudget) {
+  Evidence evidence = Session().evidence();
+  Channel& output = evidence.recordings[0].channels[0];
+  for (std::size_t i = 0; i < output.values.size(); ++i) output.values[i] += 0.02 * std::exp(-output.time(i) / 1.6);
+  const auto estimate = identified(evidence);
+  EXPECT_TRUE(has_finding(estimate.findings, "bias_settles_in_poses"));
+  const auto i =
+      static_cast<std::size_t>(find_parameter(estimate, "accelerometer_x_bias") - estimate.parameters.data());
+  EXPECT_LT(std::abs(estimate.parameters[i].value), 3.0 * standard_uncertainty(estimate, i));
+  EXPECT_FALSE(has_finding(identified(Session().evidence()).findings, "bias_settles_in_poses"));
+}
+
+TEST(ImuFerraris, OnePoseThatLeansIsNamed) {
+  const auto leaning = [](double degrees) {
+    Session session;
+    const double lean = degrees * std::numbers::pi / 180.0;
+    session.truth["y_a"] = {0.0, -g * std::cos(lean), g * std::sin(lean), 0.0, 0.0, 0.0};
+    for (std::size_t p = 0; p < 6; ++p) session.truth[labels()[p]][(p / 2 + 1) % 3] += 0.004 * g;  // all lean a little
+    return identified(session.evidence()).findings;
+  };
+  EXPECT_FALSE(has_finding(leaning(0.5), "pose_leans"));
+  const Findings findings = leaning(8.0);
+  const auto finding = std::ranges::find(findings, "pose_leans", &Finding::code);
+  ASSERT_NE(finding, findings.end());
+  EXPECT_EQ(finding->where, "y_p, y_a");
+  EXPECT_NEAR(std::get<double>(finding->values.front().value), 8.0 * std::numbers::pi / 180.0, 0.01);
+}
+
 TEST(ImuFerraris, MarksThatAreLateAreNamed) {
   Evidence evidence = Session().evidence();
   EXPECT_FALSE(has_finding(identified(evidence).findings, "segments_end_in_next"));

@@ -7,6 +7,7 @@
 
 #include "tumble/core/columns.hpp"
 #include "tumble/math/median.hpp"
+#include "tumble/methods/imu_ferraris/leaning.hpp"
 #include "tumble/methods/imu_ferraris/turn_causes.hpp"
 #include "tumble/reduce/imu/axes_check.hpp"
 #include "tumble/units/constants.hpp"
@@ -282,6 +283,7 @@ Findings faults(const Plan& plan, const Means& means, const Calibration& calibra
   }
   about_rests(recorded, findings);
   about_gravity(means, calibration, findings);
+  for (auto& finding : leaning_poses(means, calibration)) findings.push_back(std::move(finding));
   return findings;
 }
 

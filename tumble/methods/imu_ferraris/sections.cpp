@@ -95,7 +95,7 @@ void add_density(const Channel& channel, std::size_t begin, std::size_t end, std
   before += freedom;
 }
 
-void add_halves(const Channel& channel, std::size_t begin, std::size_t end, Halves& halves) {
+void add_halves(const Channel& channel, std::size_t begin, std::size_t end, std::size_t part, Halves& halves) {
   std::array<double, 2> sum{}, count{};
   for (std::size_t i = begin; i < end; ++i) {
     const std::size_t half = i - begin < (end - begin) / 2 ? 0 : 1;
@@ -104,9 +104,11 @@ void add_halves(const Channel& channel, std::size_t begin, std::size_t end, Halv
     ++count[half];
   }
   if (count[0] == 0.0 || count[1] == 0.0) return;
-  halves.squares += std::pow(sum[1] / count[1] - sum[0] / count[0], 2);
-  halves.noise += 1.0 / count[0] + 1.0 / count[1];
+  const HalfStep step{part, sum[1] / count[1] - sum[0] / count[0], 1.0 / count[0] + 1.0 / count[1]};
+  halves.squares += step.difference * step.difference;
+  halves.noise += step.noise;
   ++halves.count;
+  halves.steps.push_back(step);
 }
 
 /// Samples at both ends that are far from those in the middle, by the scatter from sample to sample, which a motion in a part
@@ -166,7 +168,7 @@ void add_output(const Channel& channel, const Stretch& stretch, std::size_t outp
   section.edges.last = std::max(section.edges.last, edges.last);
   if (end - begin < fewest_samples) return;
   add_density(channel, begin, end, output, section);
-  add_halves(channel, begin, end, section.halves[output]);
+  add_halves(channel, begin, end, section.pieces.size(), section.halves[output]);
 }
 
 struct Reader {

@@ -24,8 +24,16 @@ struct Part {
   double begin = 0.0, length = 0.0;  ///< [s, recording's clock], [s]
 };
 
-/// Difference of the second half of a part from the first: slow noise shows in it.
+/// Difference of the second half of a part from the first.
+struct HalfStep {
+  std::size_t part = 0;     ///< index in Section::pieces
+  double difference = 0.0;  ///< of the means [u]
+  double noise = 0.0;       ///< [1] its variance over the density of the noise
+};
+
+/// Differences of the second half of a part from the first: slow noise shows in them.
 struct Halves {
+  std::vector<HalfStep> steps;
   double squares = 0.0;  ///< of the differences of the means, sum over the parts
   double noise = 0.0;    ///< sum of 4/samples: by so much the density of the noise makes them
   double count = 0.0;

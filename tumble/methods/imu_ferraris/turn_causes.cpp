@@ -59,7 +59,7 @@ std::array<Vector3, turns> bias_changes(const Means& means, const Calibration& c
       ends += 1.0;
       for (std::size_t k = 0; k < 3; ++k) off[k] += turn.ends[3 + k][e].mean - c.b_g[k];
     }
-    const Vector3 by_force = c.k_ga * means.turn_force[t];
+    const Vector3 by_force = c.k_ga * (inverse(response(c.k_a, c.r_a)) * (means.turn_force[t] - c.b_a));
     for (std::size_t k = 0; k < 3 && ends > 0.0; ++k) {
       const double change = off[k] / ends - by_force[k];
       const double noise = recorded.section[2 * t].density[3 + k] / turn.ends[3 + k][0].samples / ends;

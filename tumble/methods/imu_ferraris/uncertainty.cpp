@@ -12,6 +12,7 @@
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/symmetric_factor.hpp"
 #include "tumble/methods/imu_ferraris/turn_causes.hpp"
+#include "tumble/methods/imu_ferraris/warming.hpp"
 #include "tumble/reduce/imu/sensors.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/linear/slow.hpp"
@@ -329,6 +330,7 @@ std::vector<Cause> causes(const Plan& plan, const Means& means, const Calibratio
   const Squareness square = agreed(plan, squareness(means, calibration, recorded), findings);
   std::vector<Cause> all{accelerometer_noise(recorded), tilts_of(calibration, square), gravity_cause(gravity_of(plan))};
   add_accelerometer_instability(settings, calibration, recorded, findings, all);
+  add_warming(recorded, findings, all);
   if (!means.gyros) return all;
   add_gyro_noise(settings, means, calibration, recorded, findings, all);
   const bool stated = settings.has("rotation_axis_sd");

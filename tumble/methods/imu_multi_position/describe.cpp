@@ -10,6 +10,7 @@
 #include "tumble/earth/earth.hpp"
 #include "tumble/language/say.hpp"
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/methods/imu_multi_position/bias_changes.hpp"
 #include "tumble/methods/imu_multi_position/turning.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/linear/slow.hpp"
@@ -174,7 +175,7 @@ Matrix by_level(const Fit& fit, const Rests& rests, const Surroundings& surround
 }
 
 void add_parameters(const std::vector<Entry>& all, const Fit& fit, const Rests& rests, double step,
-                    const Surroundings& surroundings, Estimate& estimate) {
+                    const Surroundings& surroundings, const std::vector<BiasChange>& changes, Estimate& estimate) {
   Matrix slopes(all.size(), fit.parameters);
   for (std::size_t i = 0; i < all.size(); ++i) {
     for (std::size_t p = 0; p < fit.parameters; ++p) slopes(i, p) = all[i].slope[p];
@@ -187,6 +188,8 @@ void add_parameters(const std::vector<Entry>& all, const Fit& fit, const Rests& 
   for (std::size_t s = 0; s < sources.size(); ++s) add(sources[s], fit.shares[s]);
   lines.push_back(from_shifts("gravity", as_column(slopes * by_gravity(fit, surroundings)), surroundings.gravity_key));
   add(linear::stated_source, by_level(fit, rests, surroundings, step));
+  for (const BiasChange& change : changes)
+    lines.push_back(from_shifts("term that the model may lack", as_column(slopes * change.shift)));
   settle(estimate, lines);
   for (std::size_t i = 0; i < all.size(); ++i) {
     const double from_fit = fit.covariance(all[i].main, all[i].main) * std::pow(all[i].slope[all[i].main], 2);
@@ -307,7 +310,8 @@ Estimate describe(const std::vector<Session>& sessions, const Rests& rests, cons
                   const Surroundings& surroundings) {
   Estimate estimate;
   const auto all = entries_of(sessions, fit);
-  add_parameters(all, fit, rests, sessions.front().accelerometer.step, surroundings, estimate);
+  const auto changes = bias_changes(rests, fit, surroundings.gyro_instability);
+  add_parameters(all, fit, rests, sessions.front().accelerometer.step, surroundings, changes, estimate);
   estimate.fit.observations = fit.observations;
   estimate.fit.degrees_of_freedom = static_cast<double>(fit.observations) - static_cast<double>(fit.parameters) -
                                     2.0 * static_cast<double>(fit.chain.size());
@@ -324,6 +328,7 @@ Estimate describe(const std::vector<Session>& sessions, const Rests& rests, cons
   add_curves(rests, fit, surroundings.gravity, estimate);
   add_rejections(rests, fit, estimate.findings);
   std::ranges::move(turning_rests(sessions, rests, fit), std::back_inserter(estimate.findings));
+  std::ranges::move(about_changes(changes, fit, rests, sessions[0].gyro.names), std::back_inserter(estimate.findings));
   add_scatter(fit, estimate.findings);
   add_surroundings(fit, surroundings, estimate.findings);
   std::ranges::move(guidance.advice, std::back_inserter(estimate.findings));

@@ -152,6 +152,39 @@ Findings about_rounding(const Evidence& evidence) {
   return findings;
 }
 
+/// Stamps that contradict the rate that the plan states, where the scale factors of the gyros would differ by more than
+/// what they are uncertain by: turns are rates over the time that the stamps show.
+Findings about_clock(const Evidence& evidence, const Estimate& estimate) {
+  constexpr double matters = 3.0;  // [sd] of the best known scale factor
+  double least = std::numeric_limits<double>::infinity();
+  const auto take = [&](const std::string& name, double one) {
+    const Parameter* scale = find_parameter(estimate, name);
+    if (scale == nullptr) return;
+    const auto index = static_cast<std::size_t>(scale - estimate.parameters.data());
+    least = std::min(least, standard_uncertainty(estimate, index) / std::abs(one + scale->value));
+  };
+  for (const char letter : letters) {
+    take(fmt::format("gyro_{}_scale_factor_error", letter), 1.0);
+    take(fmt::format("gyro_{}_scale_factor", letter), 0.0);
+  }
+  Findings findings;
+  const double stated = evidence.plan.reading.rate.value_or(evidence.plan.sample_rate);
+  if (!(stated > 0.0)) return findings;
+  for (const Recording& recording : evidence.recordings)
+    for (const Finding& rate : against_stated_rate(recording, stated)) {
+      const double found = std::get<double>(rate.values[0].value), difference = found / stated - 1.0;
+      if (std::abs(difference) > matters * least)
+        findings.push_back({Finding::Severity::warning,
+                            "clock_moves_scale_factors",
+                            {{"rate", found, "Hz"},
+                             {"stated", stated, "Hz"},
+                             {"difference", difference, "ppm"},
+                             {"times", std::abs(difference) / least}},
+                            recording.origin.file});
+    }
+  return findings;
+}
+
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   if (evidence.recordings.empty()) throw Error(Error::Kind::bad_data, "there is no recording to identify from");
   const Surroundings surroundings = surroundings_of(evidence.plan);
@@ -172,6 +205,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   report(progress, 0.9, "describing");
   Estimate estimate = describe(sessions, rests, fit, surroundings);
   std::ranges::move(about_rounding(evidence), std::back_inserter(estimate.findings));
+  std::ranges::move(about_clock(evidence, estimate), std::back_inserter(estimate.findings));
   return estimate;
 }
 

@@ -321,5 +321,33 @@ TEST(ImuMultiPosition, SingleLostSamplesLoseNoRest) {
   }
 }
 
+TEST(ImuMultiPosition, ABiasThatStepsBetweenRestsIsNamedAndInTheUncertainty) {
+  Trial trial = trial_of(method(), 1);
+  EXPECT_FALSE(has_finding(method().identify(trial.evidence, {}).findings, "bias_steps_between_rests"));
+  Channel& gyro = channel(trial.evidence, "gyro_x");
+  for (std::size_t i = gyro.values.size() * 3 / 5; i < gyro.values.size(); ++i) gyro.values[i] += si(300.0, "deg/h");
+  const Estimate estimate = method().identify(trial.evidence, {});
+  EXPECT_TRUE(has(estimate, "bias_steps_between_rests", "gyro_x"));
+  const double error = find_parameter(estimate, "gyro_x_bias")->value - si(900.0, "deg/h");
+  EXPECT_LT(std::abs(error), 2.5 * sd(estimate, "gyro_x_bias"));
+}
+
+TEST(ImuMultiPosition, AClockThatContradictsThePlanIsNamedWhereItMatters) {
+  Trial trial = trial_of(method(), 1);
+  const auto named_at = [&](double fast) {
+    Evidence evidence = trial.evidence;
+    for (Channel& one : evidence.recordings[0].channels) one.timeline.rate /= 1.0 + fast;
+    return has_finding(method().identify(evidence, {}).findings, "clock_moves_scale_factors");
+  };
+  EXPECT_FALSE(named_at(0.0));
+  EXPECT_FALSE(named_at(1e-4));  // below the uncertainty of the scale factors
+  EXPECT_TRUE(named_at(1e-3));
+}
+
+// Rest 3 of this test lies where the noise crosses one of the steps of 2 mg more and more seldom.
+TEST(ImuMultiPosition, RoundingIsNoDriftOfARest) {
+  EXPECT_FALSE(has_finding(method().identify(trial_of(method(), 1006).evidence, {}).findings, "rest_drifts"));
+}
+
 }  // namespace
 }  // namespace tumble::imu_multi_position_test

@@ -71,10 +71,9 @@ std::vector<double> window_variance(const Triad& triad, std::size_t window) {
   return variance;
 }
 
-/// Variance of an output that changes between two neighbouring steps of its resolution: motion cannot be distinguished
-/// from rest below it.
-double variance_of_step(const Triad& triad) {
-  double sum = 0.0;
+/// Least change of each output from sample to sample: a step of its resolution; 0: it never changes.
+Vector3 steps_of(const Triad& triad) {
+  Vector3 steps;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     double step = std::numeric_limits<double>::infinity(), size = 0.0;
     for (std::size_t i = 1; i < triad.value.size(); ++i) {
@@ -83,9 +82,16 @@ double variance_of_step(const Triad& triad) {
       size = std::max(size, change);
       if (change > other_step * size && change < step) step = change;
     }
-    if (std::isfinite(step)) sum += 0.25 * step * step;
+    if (std::isfinite(step)) steps[axis] = step;
   }
-  return sum;
+  return steps;
+}
+
+/// Variance of an output that changes between two neighbouring steps of its resolution: motion cannot be distinguished
+/// from rest below it.
+double variance_of_step(const Triad& triad) {
+  const Vector3 steps = steps_of(triad);
+  return 0.25 * dot(steps, steps);
 }
 
 Quiet quiet_of(const std::vector<Session>& sessions, std::size_t s, bool gyro, const RestOptions& options) {
@@ -178,11 +184,16 @@ void reject_parts(std::vector<Rest>& rests, const Linear& of) {
 }
 
 void reject_drifting(const std::vector<Session>& sessions, const Densities& noise, std::vector<Rest>& rests) {
+  constexpr double of_two_halves = 1.0 / 6.0;  // [steps^2] of the difference of two means that rounding moves
+  std::vector<Vector3> steps;
+  for (const Session& session : sessions) steps.push_back(steps_of(session.accelerometer));
   std::vector<double> sizes;
   for (const Rest& rest : rests) {
     Vector3 drift = drift_of(sessions[rest.session].accelerometer, rest);
-    for (std::size_t i = 0; i < 3; ++i)
-      drift[i] /= std::max(std::sqrt(4.0 * noise.force[i] / (rest.end - rest.begin)), 1e-300);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double rounding = of_two_halves * std::pow(steps[rest.session][i], 2);
+      drift[i] /= std::max(std::sqrt(4.0 * noise.force[i] / (rest.end - rest.begin) + rounding), 1e-300);
+    }
     sizes.push_back(norm(drift));
   }
   const double bound = std::max(drift_sd, drift_beyond * median(sizes));

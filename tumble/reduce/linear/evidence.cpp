@@ -146,6 +146,44 @@ void refuse_constant(const Evidence& evidence, const Problem& problem) {
               in_file(first.origin.file, say("channel '{}' holds the same value throughout", name)));
 }
 
+constexpr double gaps_of_cut = 5.0;    ///< a segment whose values decided which samples are there has so many at least
+constexpr double share_of_cut = 10.0;  ///< [1] of the share that the other segments miss
+
+/// Samples that a segment misses.
+struct Missing {
+  double gaps = 0.0, share = 0.0;
+  double most = -INFINITY;  ///< its greatest value, with the sign of the side that is looked at
+};
+
+Missing missing_in(const Stretch& stretch, double side) {
+  Missing missing;
+  double before = 0.0;
+  for (const double v : stretch.values) {
+    missing.share += std::isnan(v) ? 1.0 / static_cast<double>(stretch.samples) : 0.0;
+    missing.gaps += std::isnan(v) && !std::isnan(before) ? 1.0 : 0.0;
+    if (!std::isnan(v)) missing.most = std::max(missing.most, side * v);
+    before = v;
+  }
+  return missing;
+}
+
+/// Takes a segment out of which a limit has cut the largest values (side: 1) or the smallest ones (-1): it reaches farthest,
+/// and misses samples one by one where the others miss few. The mean of the rest is none of the segment.
+void take_cut_out(double side, ConductedTest& test) {
+  std::vector<Missing> all;
+  double shares = 0.0;
+  for (const Stretch& stretch : test.stretches) {
+    all.push_back(missing_in(stretch, side));
+    shares += all.back().share;
+  }
+  const auto farthest = std::ranges::max_element(all, {}, &Missing::most);
+  const double others = (shares - farthest->share) / static_cast<double>(all.size() - 1);
+  if (farthest->gaps < gaps_of_cut || farthest->share < share_of_cut * others) return;
+  const auto cut = test.stretches.begin() + (farthest - all.begin());
+  test.findings.push_back(unused_segment(cut->label, cut->run, {"values_cut_out"}));
+  test.stretches.erase(cut);
+}
+
 StretchOptions options_of(const Problem& problem) {
   StretchOptions options{.role = problem.role,
                          .scale = problem.scale,
@@ -187,6 +225,8 @@ Evidences evidence_of(const Evidence& evidence, const Problem& problem) {
   refuse_constant(evidence, problem);
   ConductedTest test = stretches(evidence, options_of(problem));
   for (auto& finding : about_boundaries(test, problem.role)) test.findings.push_back(std::move(finding));
+  for (const double side : {1.0, -1.0})
+    if (test.stretches.size() > 2) take_cut_out(side, test);
   return in_blocks(std::move(test), problem, Error::Kind::bad_data);
 }
 

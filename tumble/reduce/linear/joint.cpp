@@ -47,6 +47,7 @@ JointSolution together(std::vector<Work> works) {
     out.outputs.push_back(std::move(work.solution));
   }
   out.all.fit = std::move(joint.fit);
+  for (std::size_t i = 0; i < out.outputs.size(); ++i) add_doubt(out.outputs[i], out.first[i], out.all.fit);
   out.errors = std::move(joint.effects);
   return out;
 }

@@ -151,7 +151,7 @@ std::vector<Suspect> suspects(const Work& work, const RestingMeans& means) {
   std::vector<Suspect> out;
   for (std::size_t k = 0; k < work.data.effects.size(); ++k) {
     const KnownEffect& effect = work.data.effects[k];
-    if (effect.each_segment) continue;
+    if (effect.each_segment || effect.source == rounding_source) continue;
     const Matrix column = as_column(tumble::column(means.effects, k));
     const auto fit = lack_of_fit(means.design, column, means.output, means.covariance);
     if (!(fit.freedom > 0.0 && fit.error_freedom >= least_error_freedom)) continue;

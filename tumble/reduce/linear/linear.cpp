@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
 #include <span>
 
 #include "tumble/math/linear_algebra.hpp"
@@ -62,16 +64,18 @@ std::vector<Interval> intervals_of(const ConductedTest& test) {
 }
 
 /// Mean prediction of each segment and what white noise and rounding do to its mean.
-void fill_segments(const Rows& rows, const std::vector<double>& predicted, double white, double rounding,
-                   Solution& solution) {
-  solution.segments = rows.segments;
-  for (auto& segment : solution.segments) {
-    segment.predicted = 0.0;
-    segment.sd = std::hypot(std::sqrt(white / segment.duration), segment.steady ? rounding : 0.0);
+void fill_segments(Work& work, const std::vector<double>& predicted) {
+  std::vector<SegmentSummary>& segments = work.solution.segments;
+  segments = work.rows.segments;
+  const double white = work.solution.fit.white_variance;
+  for (std::size_t g = 0; g < segments.size(); ++g) {
+    const double rounding = work.evidence.uniform(g) ? work.rounding_sd : 0.0;
+    segments[g].predicted = 0.0;
+    segments[g].sd = std::hypot(std::sqrt(white / segments[g].duration), rounding);
   }
   for (std::size_t i = 0; i < predicted.size(); ++i) {
-    auto& segment = solution.segments[rows.segment[i]];
-    segment.predicted += predicted[i] * rows.weights[i] / segment.duration;
+    auto& segment = segments[work.rows.segment[i]];
+    segment.predicted += predicted[i] * work.rows.weights[i] / segment.duration;
   }
 }
 
@@ -159,15 +163,47 @@ bool counts_unknown_pulses(const Evidence& evidence, const Problem& problem) {
   return !(problem.pulse > 0.0) && channel && channel->kind == QuantityKind::count;
 }
 
+/// The value that all samples of a stretch have; NaN: they differ.
+double only_value(const Stretch& stretch) {
+  double only = std::nan("");
+  for (const double v : stretch.values) {
+    if (std::isnan(v) || v == only) continue;
+    if (!std::isnan(only)) return std::nan("");
+    only = v;
+  }
+  return only;
+}
+
+/// Rounding to steps moves the means: that of each segment by itself, and alike those of all that show one and the same value
+/// throughout: their true values lie within one step, on one side of its middle perhaps.
+std::vector<KnownEffect> rounding_effects(const Work& work, double sd) {
+  const std::size_t rows = work.rows.segment.size();
+  KnownEffect own{rounding_source, std::vector<double>(rows, 0.0), true};
+  std::map<double, std::vector<double>> alike;
+  std::map<double, std::set<std::size_t>> segments;
+  for (std::size_t i = 0; i < rows; ++i) {
+    const std::size_t g = work.rows.segment[i];
+    if (!work.evidence.uniform(g)) continue;
+    own.column[i] = sd;
+    const double value = only_value(work.evidence.test.stretches[g]);
+    if (std::isnan(value)) continue;
+    segments[value].insert(g);
+    alike.try_emplace(value, rows, 0.0).first->second[i] = sd;
+  }
+  std::vector<KnownEffect> effects;
+  for (auto& [value, column] : alike)
+    if (segments[value].size() > 1) effects.push_back({rounding_source, std::move(column)});
+  effects.push_back(std::move(own));
+  return effects;
+}
+
 /// The rounding of a coarse output moves the mean of each segment.
 void add_rounding(const Evidence& evidence, const Problem& problem, Work& work) {
   if (!rounds_samples(evidence, problem)) return;
   const auto coarse = coarse_output(work.evidence.test);
   if (!coarse || coarse->rounding_sd < least_rounding * coarse->step) return;
-  KnownEffect effect{"rounding of the output", std::vector<double>(work.rows.weights.size(), 0.0), true};
-  for (std::size_t i = 0; i < effect.column.size(); ++i)
-    if (work.evidence.test.stretches[work.rows.segment[i]].steady) effect.column[i] = coarse->rounding_sd;
-  work.data.effects.push_back(std::move(effect));
+  for (KnownEffect& effect : rounding_effects(work, coarse->rounding_sd))
+    work.data.effects.push_back(std::move(effect));
   work.rounding_sd = coarse->rounding_sd;
   work.solution.findings.push_back({Finding::Severity::info,
                                     "rounding_moves_means",
@@ -255,11 +291,23 @@ void finish(const Problem& problem, const Truth& truth, Work& work) {
 void set_fitted(Work& work, std::span<const double> fitted) {
   std::vector<double> predicted(fitted.begin(), fitted.end());
   for (std::size_t i = 0; i < predicted.size(); ++i) predicted[i] += work.rows.input[i];
-  fill_segments(work.rows, predicted, work.solution.fit.white_variance, work.rounding_sd, work.solution);
+  fill_segments(work, predicted);
+}
+
+void add_doubt(const Solution& solution, std::size_t first, MixedFit& fit) {
+  if (solution.doubt.empty()) return;
+  Matrix covariance(fit.parameters.size(), fit.parameters.size());
+  for (const auto& shift : solution.doubt)
+    for (std::size_t i = 0; i < shift.size(); ++i)
+      for (std::size_t j = 0; j < shift.size(); ++j) covariance(first + i, first + j) += shift[i] * shift[j];
+  fit.covariance += covariance;
+  fit.sources.push_back({"term that the model may lack", std::move(covariance)});
 }
 
 Solution identify(const Evidence& evidence, const Problem& problem) {
-  return std::move(worked_out(evidence, std::span(&problem, 1)).front().solution);
+  Solution solution = std::move(worked_out(evidence, std::span(&problem, 1)).front().solution);
+  add_doubt(solution, 0, solution.fit);
+  return solution;
 }
 
 Solution predict(const Plan& plan, const Problem& problem, const Truth& truth) {

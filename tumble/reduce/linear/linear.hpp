@@ -108,6 +108,8 @@ struct Solution {
   std::size_t observations = 0;
   double drift_sd = 0.0;  ///< [SI] by which segments differ beyond model, rig errors and white noise; 0 if predicted
   Findings findings;      ///< which columns are not used, and what the others then mean
+  /// [SI] of the columns: shifts by terms that the model may lack, each as large as it is likely; none: none is suspected.
+  std::vector<std::vector<double>> doubt;
 };
 
 /// The terms of these names from the table of a model's output, in the order given.

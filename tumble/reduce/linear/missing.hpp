@@ -13,6 +13,9 @@ struct Work;
 /// the segments, compared with the noise there, and by the means of the segments, compared with their scatter; then the
 /// test is fitted once more with it, which gives its size and how far the parameters would move. A warning where one moves
 /// by half its uncertainty, else an info.
+///
+/// By how much the parameters would move is the solution's `doubt`, also where nothing is said: a term that a sound test shows
+/// once in 20 is suspected. Of terms that explain the data nearly alike, each has the part of its likelihood.
 void warn_of_missing_terms(const Problem& problem, Work& work);
 
 }  // namespace tumble::linear

@@ -33,6 +33,11 @@ void finish(const Problem& problem, const Truth& truth, Work& work);
 std::vector<Work> worked_out(const Evidence& evidence, std::span<const Problem> problems);
 std::vector<Work> worked_out(const Plan& plan, std::span<const Problem> problems, std::span<const Truth> truths);
 
+inline constexpr const char* rounding_source = "rounding of the output";
+
+/// Adds the doubt of a solution as one source more to a fit in which its columns stand from `first` on.
+void add_doubt(const Solution& solution, std::size_t first, MixedFit& fit);
+
 /// Puts the model's value X b of every row [SI] into the solution's segments.
 void set_fitted(Work& work, std::span<const double> fitted);
 
