@@ -68,17 +68,31 @@ bool beyond_steps(std::span<const double> x, bool counts, const Texture& texture
   return usual_change(x) > beyond_grid * (counts ? std::max(1.0, grain.smallest) : grain.smallest);
 }
 
-Findings look_at(const Channel& channel) {
+/// Parts of the values, each within one segment: what happens at rest is no measure of a motion.
+std::vector<std::span<const double>> parts_of(const Channel& channel, const std::vector<Mark>& marks) {
+  const std::span<const double> values = channel.values;
+  std::vector<std::size_t> borders{0};
+  for (const Mark& mark : marks) borders.push_back(std::min(index_at(channel, mark.begin), values.size()));
+  borders.push_back(values.size());
+  std::ranges::sort(borders);
+  std::vector<std::span<const double>> parts;
+  for (std::size_t b = 1; b < borders.size(); ++b)
+    for (std::size_t first = borders[b - 1]; first + least_part <= borders[b]; first += part)
+      parts.push_back(values.subspan(first, std::min(part, borders[b] - first)));
+  const std::size_t stride = (parts.size() + most_parts - 1) / most_parts;
+  std::vector<std::span<const double>> chosen;
+  for (std::size_t k = 0; k < parts.size(); k += stride) chosen.push_back(parts[k]);
+  return chosen;
+}
+
+Findings look_at(const Channel& channel, const std::vector<Mark>& marks) {
   const std::span<const double> values = channel.values;
   if (values.size() < least_part) return {};
-  const std::size_t length = std::min(part, values.size());
-  const std::size_t parts = std::clamp<std::size_t>(values.size() / length, 1, most_parts);
   std::vector<double> shares, ratios;
   const bool counts = channel.kind == QuantityKind::count;
   const Texture texture = texture_of(values);
   const Grain grain = grain_of(values);
-  for (std::size_t k = 0; k < parts; ++k) {
-    const auto stretch = values.subspan(parts == 1 ? 0 : k * (values.size() - length) / (parts - 1), length);
+  for (const auto& stretch : parts_of(channel, marks)) {
     const Spread spread = spread_in(stretch);
     if (std::isnan(spread.ratio) || !beyond_steps(stretch, counts, texture, grain)) continue;
     shares.push_back(spread.share);
@@ -94,8 +108,9 @@ Findings look_at(const Channel& channel) {
 }
 
 Findings run(const Recording& recording, const Plan* plan) {
-  return findings_of_each(
-      recording, [&](const Channel& channel) { return is_signal(channel, plan) ? look_at(channel) : Findings{}; });
+  return findings_of_each(recording, [&](const Channel& channel) {
+    return is_signal(channel, plan) ? look_at(channel, recording.marks) : Findings{};
+  });
 }
 
 }  // namespace

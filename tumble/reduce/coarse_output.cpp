@@ -13,7 +13,7 @@ namespace {
 
 constexpr int most_waves = 300;  ///< of the series: its rest is 1/(2 pi^2 300), 2e-4 of the step squared, without noise
 
-/// Values of the stretches at rest.
+/// Values of the stretches of one true value.
 struct Values {
   std::set<double> all;   ///< different ones
   double gap = 0.0;       ///< least difference between two of one stretch; 0: none shows two
@@ -83,10 +83,10 @@ double noise_of(double scatter) {
 
 }  // namespace
 
-std::optional<CoarseOutput> coarse_output(const ConductedTest& test) {
+std::optional<CoarseOutput> coarse_output(const ConductedTest& test, const std::vector<bool>& still) {
   Values values;
-  for (const auto& stretch : test.stretches) {
-    if (stretch.steady) add(stretch, values);
+  for (std::size_t g = 0; g < test.stretches.size(); ++g) {
+    if (still[g]) add(test.stretches[g], values);
     if (values.resolved) return {};
   }
   if (values.all.size() < 4 || !(values.freedom > 0.0)) return {};

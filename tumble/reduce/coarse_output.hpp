@@ -14,7 +14,7 @@ struct CoarseOutput {
   double rounding_sd = 0.0;  ///< of a mean [u], over all places that its true value may have within a step
 };
 
-/// Error of the means of stretches at rest that rounding to steps causes:
+/// Error of the means of stretches of one true value that rounding to steps causes:
 ///
 ///   rounding_sd^2 = sum_k q^2/(2 pi^2 k^2) exp(-4 pi^2 k^2 s^2/q^2),   k = 1, 2, ...
 ///
@@ -24,8 +24,9 @@ struct CoarseOutput {
 /// The step is the greatest value of which all differences between values are whole multiples, four values at least.
 /// Where no stretch shows two values, they must differ by a hundred steps and more for this to mean anything.
 ///
+/// Given     still    of each stretch, whether its true value stays the same: at rest, or where a table turns at one rate
 /// Returned  nothing where the noise takes more values than that, or the values have no common step
 /// See       Widrow and Kollar, Quantization Noise (2008), chapter 4: the characteristic function of rounded noise
-std::optional<CoarseOutput> coarse_output(const ConductedTest& test);
+std::optional<CoarseOutput> coarse_output(const ConductedTest& test, const std::vector<bool>& still);
 
 }  // namespace tumble

@@ -85,7 +85,7 @@ std::vector<Departure> of_stamps() {
           {.name = "stamps_at_end",
            .summary = "outputs are stamped at the end of their sample and not at its beginning",
            .targets = whole_test,
-           .told_by = {},
+           .told_by = {"output_lags", "K_I_is_a_lag", "gyros_late_on_angles"},
            .record = stamp_ends},
           {.name = "stamps_in_bursts",
            .summary = "eight samples arrive together and are stamped at their arrival",

@@ -62,12 +62,14 @@ std::vector<Interval> intervals_of(const ConductedTest& test) {
 }
 
 /// Mean prediction of each segment and what white noise and rounding do to its mean.
-void fill_segments(const Rows& rows, const std::vector<double>& predicted, double white, double rounding,
-                   Solution& solution) {
+void fill_segments(const Rows& rows, const std::vector<double>& predicted, double white,
+                   const std::vector<double>& rounding, Solution& solution) {
   solution.segments = rows.segments;
-  for (auto& segment : solution.segments) {
+  for (std::size_t g = 0; g < solution.segments.size(); ++g) {
+    auto& segment = solution.segments[g];
     segment.predicted = 0.0;
-    segment.sd = std::hypot(std::sqrt(white / segment.duration), segment.steady ? rounding : 0.0);
+    segment.rounding = rounding.empty() ? 0.0 : rounding[g];
+    segment.sd = std::hypot(std::sqrt(white / segment.duration), segment.rounding);
   }
   for (std::size_t i = 0; i < predicted.size(); ++i) {
     auto& segment = solution.segments[rows.segment[i]];
@@ -159,16 +161,65 @@ bool counts_unknown_pulses(const Evidence& evidence, const Problem& problem) {
   return !(problem.pulse > 0.0) && channel && channel->kind == QuantityKind::count;
 }
 
-/// The rounding of a coarse output moves the mean of each segment.
+/// Least change from one sample to the next [SI]; 0: there is none.
+double least_change(const Stretch& stretch) {
+  double least = INFINITY;
+  for (std::size_t i = 1; i < stretch.values.size(); ++i)
+    if (const double change = std::abs(stretch.values[i] - stretch.values[i - 1]); change > 0.0)
+      least = std::min(least, change);
+  return std::isfinite(least) ? least : 0.0;
+}
+
+/// The stretches in which the output has one true value: at rest, and where by the model it changes by less than a tenth of
+/// the least change of its samples, or by nothing where these do not change and others of this kind do.
+std::vector<bool> still_stretches(const Work& work) {
+  constexpr double of_change = 0.1, nothing = 1e-9;  // [1] of the least change, of the greatest output
+  const auto& stretches = work.evidence.test.stretches;
+  std::vector<double> predicted = work.rows.design * work.coefficients, low(stretches.size(), INFINITY),
+                      high(stretches.size(), -INFINITY);
+  double greatest = 0.0;
+  for (std::size_t i = 0; i < predicted.size(); ++i) {
+    const double value = predicted[i] + work.rows.input[i];
+    const std::size_t g = work.rows.segment[i];
+    low[g] = std::min(low[g], value), high[g] = std::max(high[g], value);
+    greatest = std::max(greatest, std::abs(value));
+  }
+  std::vector<bool> still(stretches.size()), constant(stretches.size());
+  bool shows_steps = false;
+  for (std::size_t g = 0; g < stretches.size(); ++g) {
+    const double change = least_change(stretches[g]);
+    still[g] = stretches[g].steady || (change > 0.0 && high[g] - low[g] <= of_change * change);
+    constant[g] = change == 0.0 && high[g] - low[g] <= nothing * greatest;
+    shows_steps = shows_steps || (change > 0.0 && still[g]);
+  }
+  for (std::size_t g = 0; g < stretches.size(); ++g) still[g] = still[g] || (shows_steps && constant[g]);
+  return still;
+}
+
+/// How many segments of each one's input read alike, within half a step: rounding moves all of them alike.
+std::vector<double> segments_alike(const std::vector<SegmentSummary>& segments, double step) {
+  std::vector<double> count(segments.size(), 0.0);
+  for (std::size_t a = 0; a < segments.size(); ++a)
+    for (const auto& other : segments)
+      count[a] +=
+          is_same_input(segments[a].felt, other.felt) && std::abs(segments[a].measured - other.measured) <= 0.5 * step;
+  return count;
+}
+
+/// The rounding of a coarse output moves the mean of each segment. Of n that it moves alike, each gets the variance n
+/// times, so that their mean has that of one.
 void add_rounding(const Evidence& evidence, const Problem& problem, Work& work) {
   if (!rounds_samples(evidence, problem)) return;
-  const auto coarse = coarse_output(work.evidence.test);
+  const auto still = still_stretches(work);
+  const auto coarse = coarse_output(work.evidence.test, still);
   if (!coarse || coarse->rounding_sd < least_rounding * coarse->step) return;
+  const auto repeats = segments_alike(work.rows.segments, coarse->step);
   KnownEffect effect{"rounding of the output", std::vector<double>(work.rows.weights.size(), 0.0), true};
   for (std::size_t i = 0; i < effect.column.size(); ++i)
-    if (work.evidence.test.stretches[work.rows.segment[i]].steady) effect.column[i] = coarse->rounding_sd;
+    if (const std::size_t g = work.rows.segment[i]; still[g])
+      effect.column[i] = coarse->rounding_sd * std::sqrt(std::max(1.0, repeats[g]));
   work.data.effects.push_back(std::move(effect));
-  work.rounding_sd = coarse->rounding_sd;
+  for (const bool one : still) work.rounding.push_back(one ? coarse->rounding_sd : 0.0);
   work.solution.findings.push_back({Finding::Severity::info,
                                     "rounding_moves_means",
                                     {{"times", coarse->step / std::max(coarse->noise, least_rounding * coarse->step)},
@@ -223,10 +274,10 @@ void finish(const Evidence& evidence, const Problem& problem, Work& work) {
   data.slow = unknown_slow_noise(intervals_of(work.evidence.test), work.used.size(), step,
                                  stated_for(problem, work.used, work.coefficients));
   solution.fit = fit_mixed_model(data);
-  say_origin(problem, data.slow, solution);
-  solution.observations = work.rows.weights.size();
   set_fitted(work, solution.fit.fitted);
   solution.drift_sd = shift_sd(drift_source, data.slow, solution.fit.slow_variance);
+  say_origin(problem, data.slow, solution);
+  solution.observations = work.rows.weights.size();
   warn_of_excess(problem, shift_sd(stated_source, data.slow, solution.fit.slow_variance), data.effects, solution);
   describe_dropped(problem, solution);
   warn_of_lack_of_fit(problem, work);
@@ -255,7 +306,7 @@ void finish(const Problem& problem, const Truth& truth, Work& work) {
 void set_fitted(Work& work, std::span<const double> fitted) {
   std::vector<double> predicted(fitted.begin(), fitted.end());
   for (std::size_t i = 0; i < predicted.size(); ++i) predicted[i] += work.rows.input[i];
-  fill_segments(work.rows, predicted, work.solution.fit.white_variance, work.rounding_sd, work.solution);
+  fill_segments(work.rows, predicted, work.solution.fit.white_variance, work.rounding, work.solution);
 }
 
 Solution identify(const Evidence& evidence, const Problem& problem) {
