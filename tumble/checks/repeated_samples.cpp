@@ -40,6 +40,7 @@ constexpr double least_held_share = 0.1;
 /// Of the places of one phase of a pattern all repeat the one before, by chance with p = 0.7^60 = 5e-10; of every other phase
 /// some do and some do not, so that the pattern is not that of a slow rate that is counted.
 constexpr std::size_t least_places = 60;
+constexpr std::size_t most_with_pattern = 4;             ///< parts of a record, each of which takes 2000 frequencies
 constexpr double least_beside = 0.1, most_beside = 0.7;  ///< [1] of the other places that repeat
 constexpr std::size_t phases_beside = 4;
 constexpr double slowest = 0.03, fastest = 0.5;  ///< [1/sample] of held values: each is held at most once more
@@ -169,9 +170,11 @@ Finding finding(const Channel& channel, double share) {
 }
 
 /// Counts repeat by chance too: what is held shows in a steep course, or by its pattern.
-Findings held_counts(const Channel& channel, std::size_t length, std::size_t parts) {
+Findings held_counts(const Channel& channel) {
   const std::span<const double> values = channel.values;
   if (const double share = held_while_moving(values); !std::isnan(share)) return {finding(channel, share)};
+  const std::size_t length = std::min(part, values.size());
+  const std::size_t parts = std::clamp<std::size_t>(values.size() / length, 1, most_with_pattern);
   for (std::size_t k = 0; k < parts; ++k) {
     const auto part_of = values.subspan(parts == 1 ? 0 : k * (values.size() - length) / (parts - 1), length);
     if (const double share = held_in_pattern(part_of); !std::isnan(share)) return {finding(channel, share)};
@@ -179,17 +182,31 @@ Findings held_counts(const Channel& channel, std::size_t length, std::size_t par
   return {};
 }
 
-Findings look_at(const Channel& channel) {
+/// Parts of the values, each within one segment: what happens at rest is no measure of a motion.
+std::vector<std::span<const double>> parts_of(const Channel& channel, const std::vector<Mark>& marks) {
+  const std::span<const double> values = channel.values;
+  std::vector<std::size_t> borders{0};
+  for (const Mark& mark : marks) borders.push_back(std::min(index_at(channel, mark.begin), values.size()));
+  borders.push_back(values.size());
+  std::ranges::sort(borders);
+  std::vector<std::span<const double>> parts;
+  for (std::size_t b = 1; b < borders.size(); ++b)
+    for (std::size_t first = borders[b - 1]; first + least_part <= borders[b]; first += part)
+      parts.push_back(values.subspan(first, std::min(part, borders[b] - first)));
+  const std::size_t stride = (parts.size() + most_parts - 1) / most_parts;
+  std::vector<std::span<const double>> chosen;
+  for (std::size_t k = 0; k < parts.size(); k += stride) chosen.push_back(parts[k]);
+  return chosen;
+}
+
+Findings look_at(const Channel& channel, const std::vector<Mark>& marks) {
   const std::span<const double> values = channel.values;
   if (values.size() < least_part) return {};
-  const std::size_t length = std::min(part, values.size());
-  const std::size_t parts = std::clamp<std::size_t>(values.size() / length, 1, most_parts);
   std::vector<double> shares, ratios;
   const bool counts = channel.kind == QuantityKind::count;
   const Texture texture = texture_of(values);
   const Grain grain = grain_of(values);
-  for (std::size_t k = 0; k < parts; ++k) {
-    const auto stretch = values.subspan(parts == 1 ? 0 : k * (values.size() - length) / (parts - 1), length);
+  for (const auto& stretch : parts_of(channel, marks)) {
     const Spread spread = spread_in(stretch);
     if (std::isnan(spread.ratio) || !beyond_steps(stretch, counts, texture, grain)) continue;
     shares.push_back(spread.share);
@@ -197,13 +214,14 @@ Findings look_at(const Channel& channel) {
   }
   const auto even = std::ranges::count_if(ratios, [](double ratio) { return ratio < evenly; });
   if (ratios.empty() || static_cast<double>(even) < least_share * static_cast<double>(ratios.size()))
-    return counts ? held_counts(channel, length, parts) : Findings{};
+    return counts ? held_counts(channel) : Findings{};
   return {finding(channel, median(std::move(shares)))};
 }
 
 Findings run(const Recording& recording, const Plan* plan) {
-  return findings_of_each(
-      recording, [&](const Channel& channel) { return is_signal(channel, plan) ? look_at(channel) : Findings{}; });
+  return findings_of_each(recording, [&](const Channel& channel) {
+    return is_signal(channel, plan) ? look_at(channel, recording.marks) : Findings{};
+  });
 }
 
 }  // namespace

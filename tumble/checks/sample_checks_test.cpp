@@ -87,6 +87,11 @@ TEST(SampleChecks, CountsOfADividerAreSaid) {
                                                                                       : 0.0; }),
                   "pulse"),
             "");
+  // few steps, and the noise passes from one to the next: not a dead band; single pulses of a rebalance loop are neither
+  const auto few = rounded_to(94.0, times(40.0, white(many, 4)));
+  EXPECT_EQ(codes("coarse_steps", few, "pulse"), "counts_in_steps");
+  EXPECT_EQ(codes("zeros", few, "pulse"), "");
+  EXPECT_EQ(codes("coarse_steps", rounded_to(1.0, times(0.5, white(many, 4))), "pulse"), "");
 }
 
 TEST(SampleChecks, ASlowerSensorIsSaid) {
@@ -149,6 +154,10 @@ TEST(SampleChecks, ADeadBandIsSaid) {
   EXPECT_EQ(codes("zeros", counts, "pulse"), "");
   for (double& count : counts) count = std::abs(count) <= 1.0 ? 0.0 : count;
   EXPECT_EQ(codes("zeros", counts, "pulse"), "no_value_near_zero");
+  // a band that only the greatest values leave
+  auto rare = rounded_to(1.0, times(30.0, white(many, 11)));
+  for (double& count : rare) count = std::abs(count) <= 94.0 ? 0.0 : count;
+  EXPECT_EQ(codes("zeros", rare, "pulse"), "no_value_near_zero");
 }
 
 // Rests of an output in steps that has a larger scale on its positive side: its values are no multiples of one step, and zero

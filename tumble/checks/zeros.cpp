@@ -22,8 +22,9 @@ constexpr std::size_t least = 8;  ///< samples of exactly zero that are looked a
 constexpr double excess = 10.0;
 /// [steps] of an output without values between itself and zero: the nearest of them is farther than that.
 constexpr double least_hole = 3.0, least_hole_of_counts = 2.0;
-/// [1] of a place at which no value lies by chance, by the density of the values beside it: exp(-20) is 2e-9.
-constexpr double expected_in_hole = 20.0;
+/// Logarithm of the chance that none of the values nearest to zero lies in the hole, all places up to the last of them being
+/// alike: exp(-20) is 2e-9.
+constexpr double chance_of_hole = 20.0;
 /// [rms of what neighbours do not predict] that both neighbours of a zero lie away from it, on one side, where it was
 /// written in place of a sample. Noise passes from there to zero and back in 1e-6 of samples.
 constexpr double far = 5.0;
@@ -32,7 +33,7 @@ constexpr std::size_t beside = 64, part = 4;
 /// [sd of a sample about its neighbours, and residuals of two neighbours on either side from their line] that a single zero
 /// lies away from that line, where no count comes by itself: eight of noise have p = 1e-15.
 constexpr double far_alone = 8.0;
-constexpr std::size_t changes = 20;    ///< from a zero to another value and back, that counts show
+constexpr std::size_t changes = 12;    ///< from a zero to another value and back, that counts show
 constexpr std::size_t at_borders = 4;  ///< such changes at the beginning and end of a segment that may rest at zero
 
 /// Samples that are exactly zero, and what lies beside them.
@@ -86,10 +87,12 @@ Nearest nearest_to_zero(const std::vector<double>& x, std::size_t zeros) {
   return {sizes.front(), sizes.back(), static_cast<double>(count), 0.5 * most_alike, step};  // a size has two signs
 }
 
+constexpr double almost_all = 1.0 - 1e-9;  ///< [1] of the places, where the nearest values are all one
+
 /// Whether there is no value between zero and the nearest one, though there is room for many.
 bool leaves_hole(const Nearest& nearest, double step, double least_steps) {
-  return nearest.first >= least_steps * step &&
-         nearest.count * (nearest.first - step) > expected_in_hole * nearest.last;
+  if (!(nearest.first >= least_steps * step)) return false;
+  return -nearest.count * std::log1p(-std::min((nearest.first - step) / nearest.last, almost_all)) > chance_of_hole;
 }
 
 /// Whether zero is a value of an output in steps, next to a step away: most changes from zero lead to the first step, and the
@@ -156,6 +159,11 @@ Zeros interruptions(const std::vector<double>& x) {
   return zeros;
 }
 
+/// Whether all counts are multiples of one of them: zero is one of their steps.
+bool are_multiples(const std::vector<double>& x, double of) {
+  return std::ranges::all_of(x, [&](double value) { return std::isnan(value) || std::fmod(value, of) == 0.0; });
+}
+
 /// Counts that change between zero and values of two and more, but never to one.
 Findings of_counts(const Channel& channel, const Zeros& zeros, std::size_t segments) {
   if (zeros.alone * 2 > zeros.count && !counts_down_to_zero(channel.values, zeros))
@@ -163,7 +171,7 @@ Findings of_counts(const Channel& channel, const Zeros& zeros, std::size_t segme
   if (zeros.changes < changes + at_borders * segments) return {};
   const Nearest nearest = nearest_to_zero(channel.values, zeros.count);
   if (nearest.first < least_hole_of_counts || zeros.nearest_change > 2.0 * nearest.first ||
-      !leaves_hole(nearest, 1.0, least_hole_of_counts))
+      !leaves_hole(nearest, 1.0, least_hole_of_counts) || are_multiples(channel.values, nearest.first))
     return {};
   return {dead_band(channel, zeros, nearest.first)};
 }

@@ -15,6 +15,9 @@ const std::vector<Unseen>& unseen_departures() {
        "a longer window holds more pulses of the same unit: the record is that of another scale factor"},
       {"asymmetry", "gyro_scale_factor",
        "the method measures the asymmetry of the output, whatever causes it: the record is that of another gyro"},
+      {"motor_heat", "gyro_scale_factor",
+       "heat that grows with the square of the rate is nearly an asymmetry: what distinguishes the two is below the "
+       "noise"},
       {"asymmetry", "accelerometer_centrifuge",
        "each side of the output is turned outward at its own radius: two polarities that differ are a centre of "
        "acceleration beside the axis of the case"},

@@ -182,8 +182,8 @@ std::vector<Measured> with_line(const Task& task, ReferenceLine& line, bool& lat
                                 Findings& findings) {
   using Cause = ReferenceLine::Cause;
   const bool late = line.cause == Cause::late || line.cause == Cause::either;
-  late_alike =
-      late && line.droop == 0.0 && task.loop_stated() && has_lag_of_reference(task, without_lag(measured, line));
+  late_alike = late && line.droop == 0.0 && line.filter.stages == 0 && task.loop_stated() &&
+               has_lag_of_reference(task, without_lag(measured, line));
   if (late_alike) line.cause = Cause::late;
   report_line(line, late_alike, findings);
   return line.cause == Cause::late ? without_lag(std::move(measured), line) : std::move(measured);

@@ -195,6 +195,35 @@ void add_unstated_loop(const Circumstances& around, const std::vector<Observatio
   if (!negligible(droop.value, observations)) effects.push_back(std::move(droop));
 }
 
+/// Each with the harmonics of all, weighted: the noise of a single one would feign a lag that it does not have.
+std::vector<Observation> with_mean_harmonics(std::vector<Observation> observations) {
+  double second_weight = 0.0, third_weight = 0.0;
+  Complex second, third;
+  for (const Observation& o : observations) {
+    const double by_second = std::pow(std::abs(o.force), 4), by_third = std::pow(std::abs(o.force), 6);
+    second += by_second * o.second, second_weight += by_second;
+    third += by_third * o.third, third_weight += by_third;
+  }
+  for (Observation& o : observations) o.second = second / second_weight, o.third = third / third_weight;
+  return observations;
+}
+
+/// What the levels hint at: both parts of each cause, with its whole size.
+void add_doubt(const Circumstances& around, const std::vector<Observation>& observations,
+               std::vector<Effect>& effects) {
+  const Doubt& doubt = around.doubt;
+  for (const Complex part : {Complex(1.0), Complex(0.0, 1.0)}) {
+    const auto beside = [&](const Observation& o, double sigma) {
+      return doubt.beside * (sigma < 0.0 ? std::conj(part) : part) / o.force;
+    };
+    const auto relation = [&](const Observation& o, double sigma) {
+      return -doubt.relation * Complex(part.real(), sigma * part.imag()) * o.true_rate / o.force;
+    };
+    if (doubt.beside > 0.0) add("line beside the specific force", around, observations, beside, effects);
+    if (doubt.relation > 0.0) add(relation_source, around, observations, relation, effects);
+  }
+}
+
 }  // namespace
 
 double azimuth_of_lag(const Circumstances& around, const std::vector<Observation>& observations) {
@@ -275,6 +304,8 @@ std::vector<Effect> instrument_effects(const Circumstances& around, const std::v
   if (around.plain_difference) return effects;
   add_reference(around, observations, effects);
   if (around.lag.stated) add_loop_lag(around, observations, effects);
+  add_doubt(around, observations, effects);
+  if (around.lag.doubtful) effects.push_back(lag_effect(around, with_mean_harmonics(observations), around.lag.sd));
   if (!around.lag.stated || around.lag.contradicted) add_unstated_loop(around, observations, effects);
   return effects;
 }

@@ -16,6 +16,13 @@ struct Effect {
   double sd = 0.0;                     ///< [SI] of an error of the rig
 };
 
+/// Causes that the levels hint at, and do not show: what they explain is an uncertainty.
+struct Doubt {
+  double relation = 0.0;  ///< [1] gain and azimuth of the reference gyro
+  double beside = 0.0;    ///< [rad/s] a line of the same size at every level
+  bool any() const { return relation > 0.0 || beside > 0.0; }
+};
+
 /// Data that the estimator gets in addition to the lines.
 struct Circumstances {
   const Test& test;
@@ -29,6 +36,7 @@ struct Circumstances {
   bool plain_difference;  ///< the source's estimator: the reference as it is
   const Lag& lag;
   double reference_late_sd = 0.0;  ///< [s] of what the lines of the reference are corrected for
+  Doubt doubt = {};
 };
 
 /// Errors of the rig: the estimator on what the rig with the error would make an instrument of these terms show, less

@@ -27,6 +27,28 @@ std::vector<Measured> without_lag(std::vector<Measured> measured, Signal output,
   return measured;
 }
 
+Complex Filter::response(double rate) const {
+  if (stages == 0) return 1.0;
+  const double each = lag / static_cast<double>(stages), part = step / (step + each);
+  const Complex one =
+      step > 0.0 ? part / (1.0 - (1.0 - part) * std::polar(1.0, -rate * step)) : 1.0 / Complex(1.0, rate * each);
+  return std::pow(one, static_cast<double>(stages));
+}
+
+std::vector<Measured> without_filter(std::vector<Measured> measured, Signal output, const Filter& filter) {
+  for (Measured& m : measured) {
+    const auto corrected = [&](Phasors& phasors) {
+      for (std::size_t h = 0; h < 3; ++h)
+        phasors.line[h] /= filter.response(static_cast<double>(h + 1) * m.theta_rate());
+      phasors.earth /= filter.response(m.beta_rate());
+    };
+    Lines& lines = m.of[output];
+    corrected(lines.value);
+    for (Phasors& part : lines.part) corrected(part);
+  }
+  return measured;
+}
+
 LagColumn lag_column(const Circumstances& around, const std::vector<Observation>& observations, double corrected,
                      const std::vector<Quantities>& harmonics) {
   double weight = 1.0, sum = -corrected / usual_lag;

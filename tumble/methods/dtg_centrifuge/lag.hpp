@@ -10,6 +10,9 @@
 /// where arm and table turn the other way.
 namespace tumble::dtg_centrifuge {
 
+/// The lines of one output without what a low pass does to them.
+std::vector<Measured> without_filter(std::vector<Measured> measured, Signal output, const Filter& filter);
+
 /// Standard deviation of a lag that is not known: a few milliseconds. This one is of 11 Hz with a damping ratio of 0.7.
 inline constexpr double usual_lag = 0.02;  // [s] standard deviation about zero
 

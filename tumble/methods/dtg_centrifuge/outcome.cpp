@@ -8,6 +8,7 @@
 #include "tumble/methods/dtg_centrifuge/causes.hpp"
 #include "tumble/methods/dtg_centrifuge/fourier.hpp"
 #include "tumble/methods/dtg_centrifuge/lag.hpp"
+#include "tumble/methods/dtg_centrifuge/misfit.hpp"
 
 namespace tumble::dtg_centrifuge {
 namespace {
@@ -16,6 +17,14 @@ constexpr int most_rounds_of_lag = 12;
 constexpr double lag_settled = 1e-3;  ///< [sd] of a change of the lag, after which no further round follows
 /// [sd] from which on a lag that the levels show contradicts what is stated: p = 5e-4.
 constexpr double lag_contradicts = 3.5;
+/// [sd] from which on such a lag is an uncertainty, though it is not used: p = 5 %.
+constexpr double lag_hints = 2.0;
+/// [1] chance below which another cause is an uncertainty, though it is not named.
+constexpr double doubtful_cause = 0.01;
+/// Filters that are tried where levels are far off: lags from one to the other [s], each greater by this factor; [1] of the
+/// misfit that one must explain; [1] of its lag, to which it is then known: electronics and programs are not alike.
+constexpr double shortest_filter = 0.02, longest_filter = 0.8, next_filter = 1.25;
+constexpr double explained_by_filter = 0.8, filter_sd = 0.05, rare_misfit = 1e-5;
 constexpr double least_lag = 1e-5;  ///< [s] chosen: far less than the lag of any loop
 /// [1] of the misfit, that a lag must explain: levels that differ for another reason feign one.
 constexpr double least_explained = 0.5;
@@ -53,7 +62,8 @@ void fit_all(const Task& task, const Circumstances& around, const std::vector<Ef
 }
 
 /// One output with lines that are corrected for the lag given.
-Outcome with_lag(const Task& task, const std::vector<Measured>& measured, const Lag& lag, Findings& findings) {
+Outcome with_lag(const Task& task, const std::vector<Measured>& measured, const Lag& lag, Findings& findings,
+                 const Doubt& doubt = {}) {
   Outcome out{.output = task.output,
               .take = task.phase_known ? Take::both_parts : Take::size,
               .corrected = !task.fourier,
@@ -80,7 +90,8 @@ Outcome with_lag(const Task& task, const std::vector<Measured>& measured, const 
                              task.phase_known,
                              task.fourier,
                              out.lag,
-                             late ? task.line.late_sd : 0.0};
+                             late ? task.line.late_sd : 0.0,
+                             doubt};
   auto effects = rig_effects(around, out.observations, task.shifts, cell_of, task.cells.nominal, task.cells.stretch);
   for (auto& effect : instrument_effects(around, out.observations)) effects.push_back(std::move(effect));
   fit_all(task, around, effects, out, findings);
@@ -171,6 +182,31 @@ bool has_lag_of_reference(const Task& task, const std::vector<Measured>& measure
 
 namespace {
 
+/// What is left of the levels beyond their freedom.
+double misfit_of(const Outcome& outcome) {
+  return chi_square_of(outcome) - static_cast<double>(outcome.levels.value.size() - outcome.polynomial.value.size());
+}
+
+/// The low pass that explains levels far off their polynomial; without stages where none does, or another cause explains more.
+Filter filter_of(const Task& task, const std::vector<Measured>& measured, const Outcome& plain) {
+  if (level_misfit(plain, task.reduction.levels).probability > rare_misfit) return {};
+  Findings unused;
+  const double step = measured.front().of[task.output].step, before = misfit_of(plain);
+  Filter best;
+  double least = before;
+  for (const double each_step : {0.0, step})
+    for (const std::size_t stages : {1, 2})
+      for (double lag = shortest_filter; lag < longest_filter; lag *= next_filter) {
+        const Filter filter{lag, stages, each_step};
+        const double left = misfit_of(with_lag(task, without_filter(measured, task.output, filter), {}, unused));
+        if (left < least) least = left, best = filter;
+      }
+  const double fall = before - least;
+  const double of_others = std::max(other_relation(plain, measured, task.reduction.levels).fall,
+                                    line_beside_force(plain, measured, task.reduction.levels).fall);
+  return fall > explained_by_filter * before && fall > of_others ? best : Filter{};
+}
+
 /// The lag beyond that of a stated loop that the levels and the harmonics of an output show; none where they do not contradict
 /// the statement.
 Lag contradicting_lag(const Task& task, const std::vector<Measured>& measured) {
@@ -179,7 +215,11 @@ Lag contradicting_lag(const Task& task, const std::vector<Measured>& measured) {
   const Outcome free = with_lag(task, measured, {.stated = true, .quantity = true}, unused);
   const LagFit more = lag_of(free.levels, free.polynomial);
   const LagFit harmonics = lag_by_harmonics(free);
-  if (!contradicts(more) && !contradicts(harmonics)) return {};
+  if (const Filter filter = filter_of(task, measured, plain); filter.stages > 0)
+    return {.stated = true, .contradicted = true, .filter = filter, .value = filter.lag, .sd = filter_sd * filter.lag};
+  const bool hints = std::abs(more.value) > lag_hints * more.sd && std::abs(more.value) > least_lag;
+  const Lag doubt = hints ? Lag{.stated = true, .doubtful = true, .sd = std::abs(more.value)} : Lag{};
+  if (!contradicts(more) && !contradicts(harmonics)) return doubt;
   const Lag lag = estimated_lag(
       task, measured, {.stated = true, .contradicted = true, .value = contradicts(harmonics) ? harmonics.value : 0.0});
   const Outcome corrected = with_lag(task, without_lag(measured, task.output, lag.value), {}, unused);
@@ -187,12 +227,18 @@ Lag contradicting_lag(const Task& task, const std::vector<Measured>& measured) {
   const double misfit =
       chi_square_of(plain) - static_cast<double>(plain.levels.value.size() - plain.polynomial.value.size());
   if (contradicts(harmonics)) return lag;
-  if (fall < least_explained * misfit) return {};
+  if (fall < least_explained * misfit) return doubt;
   // each of the others has one number more
   const double of_others = std::max(other_relation(plain, measured, task.reduction.levels).fall,
                                     line_beside_force(plain, measured, task.reduction.levels).fall) -
                            2.0;
-  return std::max(std::pow(more.value / more.sd, 2), fall) < of_others ? Lag{} : lag;
+  return std::max(std::pow(more.value / more.sd, 2), fall) < of_others ? doubt : lag;
+}
+
+/// The size of each cause that is no chance, though it may be too little to be named.
+Doubt doubt_of(const Cause& relation, const Cause& beside) {
+  return {relation.probability < doubtful_cause ? std::abs(relation.value) : 0.0,
+          beside.probability < doubtful_cause ? std::abs(beside.value) : 0.0};
 }
 
 /// The lag of an output: that of the stamps, of a stated loop with what contradicts it, or of a loop that nobody stated.
@@ -213,9 +259,14 @@ Outcome outcome_of(const Task& task, const std::vector<Measured>& measured, Find
                  task.settings, findings);
   const Lag lag = lag_for(task, measured);
   if (lag.contradicted) report_lag(task, lag, findings);
-  Outcome outcome = with_lag(task, without_lag(measured, task.output, lag.value), lag, findings);
-  if (!lag.contradicted) name_cause(outcome, measured, task.reduction.levels, findings);
-  return outcome;
+  const auto lines = lag.filter.stages > 0 ? without_filter(measured, task.output, lag.filter)
+                                           : without_lag(measured, task.output, lag.value);
+  Outcome outcome = with_lag(task, lines, lag, findings);
+  if (lag.contradicted) return outcome;
+  const std::vector<Level>& levels = task.reduction.levels;
+  name_cause(outcome, lines, levels, findings);
+  const Doubt doubt = doubt_of(other_relation(outcome, lines, levels), line_beside_force(outcome, lines, levels));
+  return doubt.any() ? with_lag(task, lines, lag, unused, doubt) : std::move(outcome);
 }
 
 }  // namespace tumble::dtg_centrifuge

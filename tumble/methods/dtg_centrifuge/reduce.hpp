@@ -32,15 +32,26 @@ struct Relation {
   Complex c(double spin_up) const { return std::polar(std::exp(log_gain), -spin_up * azimuth); }
 };
 
+/// A low pass behind an output, of as many equal stages: of electronics, or of a program that averages samples.
+struct Filter {
+  double lag = 0.0;        ///< [s] at low frequencies, of all stages
+  std::size_t stages = 0;  ///< 0: none
+  double step = 0.0;       ///< [s] between the samples of the program; 0: electronics
+  /// Factor by which a line at the rate [rad/s] is shown.
+  Complex response(double rate) const;
+};
+
 /// Lag of the capture loop of one output, beyond what the settings state and the lines are corrected for.
 struct Lag {
   bool stated = true;     ///< the settings state the loop
   bool quantity = false;  ///< of the fit; otherwise it is an error of it
   bool contradicted =
       false;  ///< the levels contradict what the settings state: the lag is estimated as where they state none
+  bool doubtful = false;   ///< the levels hint at it: it is not corrected for, and its size is an uncertainty
   bool of_stamps = false;  ///< both gyros have it: it is one of the stamps, and takes nothing from the amplitudes
-  double value = 0.0;      ///< [s] that the lines are corrected for
-  double sd = 0.0;         ///< [s] of it
+  Filter filter = {};  ///< that has it, where it also takes from the amplitudes by much; the lines are corrected for it
+  double value = 0.0;  ///< [s] that the lines are corrected for
+  double sd = 0.0;     ///< [s] of it
 };
 
 /// The reference gyro's own sensitivity to specific force: Z_f = u w_t + k w_s + v a with u the tilt of the table's

@@ -8,6 +8,7 @@
 
 #include "tumble/math/golden_section.hpp"
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/methods/dtg_centrifuge/lag.hpp"
 
 namespace tumble::dtg_centrifuge {
 namespace {
@@ -25,6 +26,8 @@ constexpr double farthest_late = 0.35, turn_of_try = 0.1;
 constexpr double fall_of_droop = 13.0, most_droop = 0.5, droop_settled = 1e-4;
 /// [s] of a lag: a change of the rotation by less is rounding.
 constexpr double late_settled = 1e-8;
+/// Low passes that are tried: lags from one to the other [s], each greater by this factor.
+constexpr double shortest_pass = 0.02, longest_pass = 0.8, next_pass = 1.1;
 /// [1] of the sensitivity of the reference, below which that of the gyro is none: no gyro of this kind is so good.
 constexpr double share_of_exchanged = 0.2;
 constexpr double exchanged_sd = 5.0;  ///< [sd] of the reference's sensitivity: p = 6e-7
@@ -40,6 +43,7 @@ struct Rows {
   std::vector<Complex> line;         ///< weighted, as with the spin axis up
   double pure = 0.0;                 ///< density of the noise of each component, by the parts of the levels
   std::size_t levels = 0;
+  double step = 0.0;  ///< [s] between the samples
 };
 
 Rows rows_of(const std::vector<Measured>& measured, const Reduction& reduction, Signal signal) {
@@ -48,6 +52,7 @@ Rows rows_of(const std::vector<Measured>& measured, const Reduction& reduction, 
   Rows rows{.rates = Matrix(measured.size(), 2 * sides.size())};
   rows.levels = std::set<std::size_t>(reduction.level_of.begin(), reduction.level_of.end()).size();
   double squares = 0.0, freedom = 0.0;
+  rows.step = measured.front().of[signal].step;
   for (std::size_t i = 0; i < measured.size(); ++i) {
     const Measured& m = measured[i];
     const Lines& lines = m.of[signal];
@@ -119,6 +124,7 @@ std::vector<Complex> without_turn(const Rows& rows, double late, double droop) {
 /// The lag that leaves least, and what it leaves.
 struct LateFit {
   double late = 0.0, droop = 0.0, squares = 0.0, curvature = 0.0;  ///< curvature: of the squares over the lag [.../s^2]
+  Filter filter = {};
 };
 
 double fastest_of(const Rows& rows) {
@@ -167,6 +173,32 @@ LateFit filter_fit(const Rows& rows, const LateFit& plain) {
   return best;
 }
 
+double left_without(const Rows& rows, const Filter& filter) {
+  std::vector<Complex> line = rows.line;
+  for (std::size_t i = 0; i < line.size(); ++i) line[i] /= filter.response(rows.turn[i]);
+  return fit_lines(rows.rates, line).squares;
+}
+
+/// The low pass that leaves least: phase and amplitude belong together, however far the lines turn.
+LateFit low_pass_fit(const Rows& rows) {
+  LateFit best{.squares = std::numeric_limits<double>::infinity()};
+  for (const double each_step : {0.0, rows.step})
+    for (const std::size_t stages : {1, 2})
+      for (double lag = shortest_pass; lag < longest_pass; lag *= next_pass) {
+        const Filter filter{lag, stages, each_step};
+        if (const double left = left_without(rows, filter); left < best.squares)
+          best = {.late = lag, .squares = left, .filter = filter};
+      }
+  const auto left = [&](double lag) { return left_without(rows, {lag, best.filter.stages, best.filter.step}); };
+  const auto search = golden_section_search(
+      best.late / next_pass, best.late * next_pass, left, [](double length) { return length > late_settled; },
+      [](double a, double b) { return a < b; });
+  const double lag = best.filter.lag = best.late = 0.5 * (search.a + search.b), step = 0.01 * lag;
+  best.squares = left(lag);
+  best.curvature = (left(lag + step) + left(lag - step) - 2.0 * best.squares) / (step * step);
+  return best;
+}
+
 Sensitivity sensitivity_of(const Rows& rows, const LineFit& fit) {
   if (!fit.determined || rows.levels < rows.rates.columns + 3) return {};
   return {fit.last, std::sqrt(fit.squares / fit.freedom * fit.inverse), true};
@@ -175,6 +207,7 @@ Sensitivity sensitivity_of(const Rows& rows, const LineFit& fit) {
 }  // namespace
 
 std::vector<Measured> without_lag(std::vector<Measured> measured, const ReferenceLine& line) {
+  if (line.filter.stages > 0) return without_filter(std::move(measured), reference, line.filter);
   for (Measured& m : measured) {
     const auto corrected = [&](Phasors& phasors) {
       for (std::size_t h = 0; h < 3; ++h)
@@ -200,16 +233,19 @@ ReferenceLine reference_line_of(const std::vector<Measured>& measured, const Red
   const LineFit by_constant = fit_lines(with_column(rows.rates, rows.one), rows.line);
   ReferenceLine out{.sensitivity = sensitivity_of(rows, by_force)};
   if (!out.sensitivity.known || !plain.determined) return out;
-  const LateFit by_delay = late_fit(rows), by_filter = filter_fit(rows, by_delay);
-  const double of_lag = std::min(by_delay.squares / (plain.freedom - 1.0), by_filter.squares / (plain.freedom - 2.0)),
+  const LateFit by_delay = late_fit(rows), by_filter = filter_fit(rows, by_delay), by_pass = low_pass_fit(rows);
+  const double of_lag = std::min(std::min(by_delay.squares, by_pass.squares) / (plain.freedom - 1.0),
+                                 by_filter.squares / (plain.freedom - 2.0)),
                of_force = by_force.squares / by_force.freedom;
   const double of_constant =
       by_constant.determined ? by_constant.squares / by_constant.freedom : std::numeric_limits<double>::infinity();
   const double noise = std::max(rows.pure, std::min({of_lag, of_force, of_constant}));
   if (!(noise > 0.0)) return out;
   // late stamps take nothing from the amplitude
-  const LateFit& by_lag = by_delay.squares - by_filter.squares < fall_of_droop * noise ? by_delay : by_filter;
+  const LateFit& of_two = by_delay.squares - by_filter.squares < fall_of_droop * noise ? by_delay : by_filter;
+  const LateFit& by_lag = of_two.squares - by_pass.squares < fall_of_droop * noise ? of_two : by_pass;
   out.droop = by_lag.droop;
+  out.filter = by_lag.filter;
   out.late = by_lag.late;
   out.late_sd = std::sqrt(2.0 * noise / std::max(by_lag.curvature, std::numeric_limits<double>::min()));
   out.beside = by_constant.last;

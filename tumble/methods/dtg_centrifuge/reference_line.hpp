@@ -20,6 +20,7 @@ struct ReferenceLine {
   Sensitivity sensitivity;           ///< v of u w_t + k w_s + v a
   double late = 0.0, late_sd = 0.0;  ///< [s] T of (u w_t + k w_s) exp(-i w T)/(1 + d w^2)
   double droop = 0.0;                ///< [s^2] d: what a filter takes from the amplitude; 0 of late stamps
+  Filter filter = {};                ///< in place of both, where a low pass explains the line better
   Complex beside;                    ///< [rad/s] b of u w_t + k w_s + b, spin axis up
 };
 

@@ -13,6 +13,8 @@
 namespace tumble::frequency_response {
 namespace {
 
+/// [samples] that a stamp may be off the even clock: a sample is then where the clock has it, and the stamp is rounded or late.
+constexpr double most_off_clock = 0.5;
 constexpr std::size_t fewest_of_recording = 16;  ///< samples, twice the coefficients of a tone with its harmonics
 
 void require_finite(const Channel& channel) {
@@ -58,11 +60,22 @@ Dimension quotient(Dimension a, const Dimension& b) {
   return a;
 }
 
+/// The even clock through the stamps: in the mean they are neither early nor late.
+double start_of(const Channel& channel, double rate) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < channel.values.size(); ++i) sum += channel.time(i) - static_cast<double>(i) / rate;
+  return sum / static_cast<double>(channel.values.size());
+}
+
 /// The rate of the clock: a pause of the recording does not change it, as it changes the mean rate.
 Signal signal_of(const Channel& channel) {
   if (channel.timeline.uniform()) return {&channel, channel.timeline.rate, {}};
   Clock clock = clock_of(channel);
-  return {&channel, clock.rate > 0.0 ? clock.rate : mean_rate(channel), std::move(clock.gaps)};
+  const double rate = clock.rate > 0.0 ? clock.rate : mean_rate(channel);
+  Signal signal{&channel, rate, std::move(clock.gaps)};
+  if (clock.even && clock.duplicates == 0 && clock.worst * rate < most_off_clock)
+    signal.start = start_of(channel, rate);
+  return signal;
 }
 
 double window_of(const Settings& settings, const char* name, double rate, bool default_interval) {
@@ -275,11 +288,11 @@ Samples samples_of(const Signal& signal, double begin, double end, double shift)
   const SampleRange range = samples_between(channel, begin, end);
   auto gap = std::ranges::lower_bound(signal.gaps, range.begin, {}, &Clock::Gap::after);
   for (std::size_t i = range.begin; i < range.end; ++i) {
-    s.time.push_back(channel.time(i) + shift);
+    s.time.push_back(signal.time(i) + shift);
     s.value.push_back(channel.values[i]);
     if (gap == signal.gaps.end() || gap->after != i || i + 1 == range.end) continue;
     for (std::size_t k = 1; k <= gap->lost; ++k) {
-      s.time.push_back(channel.time(i) + shift + static_cast<double>(k) / signal.rate);
+      s.time.push_back(signal.time(i) + shift + static_cast<double>(k) / signal.rate);
       s.value.push_back(std::nan(""));
     }
     ++gap;

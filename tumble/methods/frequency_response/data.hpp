@@ -28,6 +28,13 @@ struct Signal {
   const Channel* channel = nullptr;
   double rate = 0.0;
   std::vector<Clock::Gap> gaps;
+  /// [s] of the first sample on the even clock behind stamps that are rounded, or scatter by less than half a sample; none:
+  /// the stamps say when samples were taken.
+  std::optional<double> start = {};
+
+  double time(std::size_t sample) const {  ///< [s]
+    return start ? *start + static_cast<double>(sample) / rate : channel->time(sample);
+  }
 };
 
 /// Part of a recording in which the excitation may be one tone or one sweep.

@@ -504,5 +504,21 @@ TEST(FrequencyResponse, WithoutAReferenceASegmentThatTookLongerDoesNotTurnPhases
   }
 }
 
+// Ticks of 0.4 ms beside intervals of 2.5 ms: the rounding repeats with 100 Hz, and made gains at 50 Hz 0.3 % wrong.
+TEST(FrequencyResponse, RoundedStampsAreThoseOfAnEvenClock) {
+  Bench bench;
+  bench.rate = bench.reference_rate = 400.0;
+  bench.tones = {20.0, 50.0};
+  Evidence evidence = bench.evidence();
+  const double before = value(method().identify(evidence, {}), "gain_50Hz");
+  for (Channel& channel : evidence.recordings[0].channels) {
+    auto stamps = std::make_shared<std::vector<double>>();
+    for (std::size_t i = 0; i < channel.values.size(); ++i)
+      stamps->push_back(4e-4 * std::round(channel.time(i) / 4e-4));
+    channel.timeline = {stamps->front(), 0.0, stamps};
+  }
+  EXPECT_NEAR(value(method().identify(evidence, {}), "gain_50Hz") / before, 1.0, 1e-4);
+}
+
 }  // namespace
 }  // namespace tumble::frequency_response_test

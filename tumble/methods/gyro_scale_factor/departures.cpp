@@ -82,16 +82,20 @@ double rms(const std::vector<double>& values) {
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-/// Errors of the departures: of the group means, less the line through them.
-std::vector<double> drawn_departures(const std::vector<Segments>& groups, double scatter, const RandomStream& random) {
+/// Errors of the departures: of the group means, less the line through them. Rounding is one error of a group.
+std::vector<double> drawn_departures(const std::vector<Segments>& groups, const Line& line,
+                                     const RandomStream& random) {
   std::vector<SegmentSummary> made;
   Segments all;
   for (const auto& group : groups)
     for (const auto* s : group) made.push_back(*s);
-  for (std::size_t i = 0; i < made.size(); ++i) {
-    made[i].measured = scatter * random.normal(i);
-    all.push_back(&made[i]);
-  }
+  const RandomStream of_group = random.split("rounding");
+  std::size_t next = 0;
+  for (std::size_t g = 0; g < groups.size(); ++g)
+    for (std::size_t k = 0; k < groups[g].size(); ++k, ++next) {
+      made[next].measured = line.scatter * random.normal(next) + line.rounding * of_group.normal(g);
+      all.push_back(&made[next]);
+    }
   const auto [offset, slope] = straight(all);
   std::vector<double> errors;
   std::size_t at = 0;
@@ -202,6 +206,7 @@ Line line_of(const linear::Solution& as_measured, std::size_t parameters) {
   for (const auto* s : all) line.range = std::max(line.range, std::abs(s->felt.rate.x));
   const auto groups = groups_of(all, line.range);
   find_scatter(solution, parameters, groups, line);
+  for (const auto* s : all) line.rounding = std::max(line.rounding, s->rounding);
   const double unit = line.slope * line.range;
   std::vector<double> values;
   double chi = 0.0;
@@ -212,7 +217,7 @@ Line line_of(const linear::Solution& as_measured, std::size_t parameters) {
       d.rate += s->felt.rate.x / static_cast<double>(group.size());
       d.value += (s->measured - line.offset - line.slope * s->felt.rate.x) / unit / static_cast<double>(group.size());
     }
-    d.sd = line.scatter / std::abs(unit) / std::sqrt(static_cast<double>(group.size()));
+    d.sd = std::hypot(line.scatter / std::sqrt(static_cast<double>(group.size())), line.rounding) / std::abs(unit);
     chi += std::pow(d.value / d.sd, 2);
     line.departures.push_back(d);
     values.push_back(d.value);
@@ -222,7 +227,7 @@ Line line_of(const linear::Solution& as_measured, std::size_t parameters) {
     // F of dof and nu degrees of freedom, by the chi-square it tends to, widened for few nu.
     const double limit = chi_square_quantile(exceeded_in_100, dof) * (1.0 + 4.0 / line.degrees_of_freedom);
     const auto draw = [&](const RandomStream& random) {
-      auto errors = drawn_departures(groups, line.scatter, random);
+      auto errors = drawn_departures(groups, line, random);
       for (double& e : errors) e /= unit;
       return errors;
     };

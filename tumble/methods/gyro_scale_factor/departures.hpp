@@ -27,6 +27,7 @@ struct Line {
   double offset = 0.0, slope = 0.0;  ///< least squares of all segment means [SI of the output, per rad/s]
   double range = 0.0;                ///< greatest rate [rad/s]
   double scatter = 0.0;              ///< sd of a segment mean [SI of the output]
+  double rounding = 0.0;             ///< of it, by the steps of a coarse output: alike in all segments of one rate
   double degrees_of_freedom = 0.0;   ///< of the scatter
   std::string scatter_from;          ///< "repeated rates" or "misfit of the model"
   std::vector<Departure> departures;
@@ -64,5 +65,10 @@ Repeatability repeatability_of(const linear::Solution& solution, const Line& lin
 /// rules are accused. Without enough repeats of a rate nothing is said. A hysteresis in a single sweep up and down
 /// looks alike.
 Findings about_drift(const linear::Solution& solution, const Line& line);
+
+/// An error for each segment that agrees with the rate of another one, and not with its own: with a line that a few wrong
+/// segments do not move, it is 10 times the usual scatter off its rate, and within a tenth of that of another, which is 2 %
+/// of the range and more away. Six segments at least.
+Findings about_order(const linear::Solution& solution, const Line& line);
 
 }  // namespace tumble::gyro_scale_factor

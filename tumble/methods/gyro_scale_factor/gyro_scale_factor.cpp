@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "tumble/core/budget.hpp"
 #include "tumble/core/columns.hpp"
@@ -10,6 +11,7 @@
 #include "tumble/methods/gyro_scale_factor/departures.hpp"
 #include "tumble/methods/gyro_scale_factor/screen.hpp"
 #include "tumble/methods/method.hpp"
+#include "tumble/models/sagnac.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/linear/linear.hpp"
 #include "tumble/reduce/output_model.hpp"
@@ -313,6 +315,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   estimate.findings.insert(estimate.findings.end(), solution.findings.begin(), solution.findings.end());
   const Line line = line_of(solution, solution.fit.parameters.size());
   judge_segments(solution, line, estimate);
+  for (auto& finding : about_order(solution, line)) estimate.findings.push_back(std::move(finding));
   for (auto& finding : about_drift(solution, line)) estimate.findings.push_back(std::move(finding));
   add_shape(solution, line, estimate);
   estimate.tables = {residuals_table(line)};
@@ -322,14 +325,34 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   return std::move(answer.estimate);
 }
 
-/// With the output taken as a rate: relative uncertainties are those of any other output.
+/// Counts [1/rad] that the model of the plan gives; none: its output is a rate.
+std::optional<double> counts_of(const Plan& plan) {
+  if (plan.instrument_model != "ring_laser_gyro" || plan.truth.word("output") != "count") return {};
+  return ring_laser_scale_factor(plan.truth) * plan.truth.integer("edges");
+}
+
+/// The same instrument, whose output is `size` for each unit of the rate.
+linear::Truth with_output_of(linear::Truth truth, double size) {
+  for (auto& [name, value] : truth.coefficients)
+    if (name == "scale_factor" || name == "bias") value *= size;
+  NoiseModel& noise = truth.noise;
+  for (double* part : {&noise.quantization_noise, &noise.angle_random_walk, &noise.bias_instability,
+                       &noise.rate_random_walk, &noise.rate_ramp, &noise.markov_sd, &truth.turn_on_sd})
+    *part *= size;
+  return truth;
+}
+
+/// With the output taken as a rate, or as counts a second without their rounding: relative uncertainties are those of any
+/// other output.
 Estimate predict(const Plan& plan) {
   linear::Truth truth = linear::truth_of(plan, "gyro");
   truth.coefficients["scale_factor"] = 1.0 + truth.coefficients["scale_factor_error"];
   for (const char* name : {"scale_factor_asymmetry", "third_order_coefficient", "fifth_order_coefficient"})
     truth.coefficients.try_emplace(name, 0.0);
-  const linear::Solution solution = linear::predict(plan, problem_of(plan), truth);
-  Answer answer = answer_of(solution, Unit());
+  const auto counts = counts_of(plan);
+  const linear::Solution solution =
+      linear::predict(plan, problem_of(plan), with_output_of(truth, counts.value_or(1.0)));
+  Answer answer = answer_of(solution, counts ? Unit::parse("pulse/arcsec") : Unit());
   propagate(solution, answer);
   answer.estimate.findings = solution.findings;
   return std::move(answer.estimate);

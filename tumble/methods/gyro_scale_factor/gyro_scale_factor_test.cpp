@@ -227,6 +227,65 @@ TEST(GyroScaleFactor, ClippedSegmentsAndJumpsAreNotUsed) {
   EXPECT_NEAR(value(estimate, "scale_factor"), 2.0, 5.0 * sd_of(estimate, "scale_factor"));
 }
 
+// The table stays at -20 deg/s where -5 was due: 0.026 V beside, which a rate above a tenth of the greatest would show.
+TEST(GyroScaleFactor, ASegmentWithTheRateOfAnotherIsSaid) {
+  Bench bench;
+  bench.noise = 1e-3;
+  Evidence evidence = bench.evidence();
+  EXPECT_FALSE(has_finding(method().identify(evidence, {}).findings, "segment_reads_as_another"));
+  auto& values = evidence.recordings[0].channels[0].values;
+  std::copy(values.begin() + 600, values.begin() + 900, values.begin() + 900);
+  const Estimate estimate = method().identify(evidence, {});
+  EXPECT_TRUE(has_finding(estimate.findings, "segment_reads_as_another",
+                          {{"segment", "4: -5 deg/s"}, {"other", "3: -20 deg/s"}}));
+}
+
+// Zeros of a driver at 20 deg/s and more are no samples; at rest zero is one of the values.
+TEST(GyroScaleFactor, ZerosOfADriverAreNotUsed) {
+  Bench bench;
+  bench.noise = 1e-3;
+  Evidence evidence = bench.evidence();
+  auto& values = evidence.recordings[0].channels[0].values;
+  for (const std::size_t i : {100, 101, 450, 2200, 1350}) values[i] = 0.0;
+  const Estimate estimate = method().identify(evidence, {});
+  EXPECT_TRUE(has_finding(estimate.findings, "zeros_not_used"));
+  EXPECT_NEAR(value(estimate, "scale_factor"), 2.0, 5.0 * sd_of(estimate, "scale_factor"));
+  EXPECT_LT(sd_of(estimate, "scale_factor"), 1e-3);
+}
+
+// Steps of 10 and of 3 noise sd: no segment is clipped, and no step is a zero of a driver.
+TEST(GyroScaleFactor, ACoarseOutputIsNotClippedAndItsErrorIsIncluded) {
+  double squares = 0.0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    Bench bench;
+    bench.noise = 1e-3;
+    bench.rates = {-100, -51, -20.3, -5.1, 0, 5.7, 20.9, 50.2, 100};
+    Evidence evidence = bench.evidence(seed);
+    const double step = seed % 2 == 0 ? 1e-2 : 3e-3, offset = 1e-4 * static_cast<double>(seed);
+    for (double& v : evidence.recordings[0].channels[0].values) v = step * std::round((v + offset) / step);
+    const Estimate estimate = method().identify(evidence, {});
+    EXPECT_FALSE(has_finding(estimate.findings, "segment_clipped")) << seed;
+    EXPECT_FALSE(has_finding(estimate.findings, "zeros_not_used")) << seed;
+    squares += std::pow((value(estimate, "scale_factor") - 2.0) / sd_of(estimate, "scale_factor"), 2);
+  }
+  EXPECT_LT(std::sqrt(squares / 20.0), 1.7);  // chi-square of 20, p = 1e-5
+}
+
+// The largest tenth is lost: 100 deg/s whole, and of 50 deg/s what noise carries upward.
+TEST(GyroScaleFactor, ValuesThatDecidedAboutTheirLossAreSaid) {
+  Bench bench;
+  bench.noise = 1e-3;
+  Evidence evidence = bench.evidence();
+  auto& values = evidence.recordings[0].channels[0].values;
+  const double limit = 2.0 * si(50.0, "deg/s") + 2.0 * si(3.0, "deg/h") + 5e-4;
+  for (double& v : values)
+    if (v > limit) v = std::nan("");
+  EXPECT_TRUE(has_finding(method().identify(evidence, {}).findings, "largest_values_missing"));
+  Evidence interrupted = bench.evidence();  // by chance, at the greatest rate
+  for (std::size_t i = 2400; i < 2700; i += 3) interrupted.recordings[0].channels[0].values[i] = std::nan("");
+  EXPECT_FALSE(has_finding(method().identify(interrupted, {}).findings, "largest_values_missing"));
+}
+
 TEST(GyroScaleFactor, ATableThatDidNotReachItsRate) {
   Bench bench;
   bench.noise = 1e-3;
@@ -243,6 +302,19 @@ TEST(GyroScaleFactor, PredictsWhatItThenFinds) {
   EXPECT_NEAR(sd_of(predicted, "scale_factor") / (sd_of(found, "scale_factor") / value(found, "scale_factor")), 1.0,
               0.7);
   EXPECT_NEAR(sd_of(predicted, "bias") / sd_of(found, "bias"), 1.0, 0.7);
+}
+
+// A plan whose gyro counts: the scale factor is that of its fringes, and as well known as that of the rate.
+TEST(GyroScaleFactor, PredictsCountsInPulses) {
+  Plan plan = trial_of(method(), 3).evidence.plan;
+  const Estimate rate = method().predict(plan);
+  plan.truth.set_word("output", "count");
+  plan.truth.set_number("scale_factor", si(0.4423, "pulse/arcsec"), Unit::parse("pulse/arcsec"));
+  const Estimate counts = method().predict(plan);
+  EXPECT_NEAR(value(counts, "scale_factor") / si(0.4423, "pulse/arcsec"), value(rate, "scale_factor"), 1e-9);
+  EXPECT_NEAR(sd_of(counts, "scale_factor") / value(counts, "scale_factor"),
+              sd_of(rate, "scale_factor") / value(rate, "scale_factor"), 1e-9);
+  EXPECT_NEAR(sd_of(counts, "bias") / sd_of(rate, "bias"), 1.0, 1e-6);
 }
 
 // Counts are pulses in a sample: recordings at 10 Hz and 20 Hz hold different counts of one rate.

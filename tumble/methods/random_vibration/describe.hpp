@@ -20,4 +20,8 @@ void report_faults(const Exposure& exposure, const vibration::Data& data, const 
 /// Findings on rests that contradict the stated scale factors. Given: estimate with all its parameters.
 void report_rests(const std::vector<Exposure>& exposures, const vibration::Data& data, Estimate& estimate);
 
+/// A warning for each rest whose mean wanders by as much as a single window scatters: blocks of a sixteenth, about a straight
+/// line.
+void report_wander(const vibration::Data& data, Findings& findings);
+
 }  // namespace tumble::random_vibration

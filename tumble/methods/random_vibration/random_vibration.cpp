@@ -73,6 +73,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   }
   append_orders(exposures, data, estimate);
   report_rests(exposures, data, estimate);
+  report_wander(data, estimate.findings);
   forget_shared(estimate);
   estimate.fit.degrees_of_freedom = static_cast<double>(estimate.fit.observations);
   estimate.fit.chi_square = std::nan("");  // nothing is fitted to the windows

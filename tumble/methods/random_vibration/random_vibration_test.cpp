@@ -291,6 +291,43 @@ TEST(RandomVibration, RestsContradictTheScaleFactor) {
   EXPECT_EQ(names.find("accelerometer.vibration_rectification"), std::string::npos);
 }
 
+// What each of two units shows is that of the other: its rests are as planned with the other's scale factor.
+TEST(RandomVibration, UnitsThatAreExchangedAreNamed) {
+  Evidence evidence = trial(1).evidence;
+  EXPECT_EQ(finding_of(identified(evidence).findings, "units_exchanged"), nullptr);
+  auto& channels = evidence.recordings[0].channels;
+  const auto values_of = [&](const char* name) -> std::vector<double>& {
+    return std::ranges::find(channels, name, &Channel::name)->values;
+  };
+  std::swap(values_of("accelerometer"), values_of("Q1.accelerometer"));
+  EXPECT_NE(finding_of(identified(evidence).findings, "units_exchanged"), nullptr);
+  // both off by 5 % in one direction are not exchanged
+  Evidence wrong = trial(1).evidence;
+  wrong.plan.settings.set_word("scale_factor", "accelerometer: 1900 pulse/s/g, Q1: 2375 pulse/s/g");
+  EXPECT_EQ(finding_of(identified(wrong).findings, "units_exchanged"), nullptr);
+}
+
+// 3 pulses with the temperature of the room, at 10 pulses a window: the rest shows it.
+TEST(RandomVibration, ARestThatWandersIsSaid) {
+  Evidence evidence = trial(1).evidence;
+  EXPECT_EQ(finding_of(identified(evidence).findings, "rest_wanders"), nullptr);
+  auto& values = evidence.recordings[0].channels[0].values;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] = std::round(values[i] + 3.0 * std::sin(0.33 * static_cast<double>(i) / 200.0));
+  EXPECT_NE(finding_of(identified(evidence).findings, "rest_wanders"), nullptr);
+}
+
+// At 3.3 sd some ten windows are cut off: fewer than a pile, but the other unit shows more in each of them.
+TEST(RandomVibration, AUnitThatClipsBesideAnotherIsNamed) {
+  Evidence evidence = trial(1).evidence;
+  EXPECT_EQ(finding_of(identified(evidence).findings, "saturated_highest"), nullptr);
+  auto& values = evidence.recordings[0].channels[0].values;
+  for (double& v : values) v = std::clamp(v, -84.0, 104.0);
+  const Findings findings = identified(evidence).findings;
+  EXPECT_TRUE(finding_of(findings, "saturated_highest") != nullptr ||
+              finding_of(findings, "saturated_lowest") != nullptr);
+}
+
 // Squares of 1e-160 g are no numbers: refused, not an answer of 0 +- 0 nor an internal error.
 TEST(RandomVibration, ValuesOfNoAccelerometerAreRefused) {
   for (const double scale : {1e-200, 1e-160, 1e200}) {

@@ -61,8 +61,49 @@ void screen(Series& series, const std::vector<double>& reference, int lags, Data
   vibration::add_outliers(data, series, skipped, data.findings);
 }
 
+/// How many of the windows in which two units differ are at one extreme value of this unit.
+struct AtExtremes {
+  std::size_t highest = 0, lowest = 0;
+  double most = -INFINITY, least = INFINITY;  ///< [m/s^2]
+  std::size_t first = 0;                      ///< of those windows
+};
+
+AtExtremes at_extremes(const std::vector<double>& force, const std::vector<std::size_t>& windows) {
+  AtExtremes at{.first = force.size()};
+  for (const double v : force)
+    if (std::isfinite(v)) at.most = std::max(at.most, v), at.least = std::min(at.least, v);
+  for (const std::size_t j : windows) {
+    if (force[j] == at.most || force[j] == at.least) at.first = std::min(at.first, j);
+    at.highest += force[j] == at.most;
+    at.lowest += force[j] == at.least;
+  }
+  return at;
+}
+
+/// Where a unit clips, another one beside it differs from it, and the unit is at one value each time.
+void report_clipping(const Series& series, const std::vector<double>& force, const std::vector<std::size_t>& windows,
+                     Data& data) {
+  constexpr std::size_t fewest = 2, fewest_in_all = 3;  // a knock is the greatest value too, and there is one of it
+  constexpr double most_windows = 0.8;                  // [1] of those in which the units differ
+  const AtExtremes at = at_extremes(force, windows);
+  const std::size_t all = at.highest + at.lowest;
+  if (all < fewest_in_all || static_cast<double>(all) < most_windows * static_cast<double>(windows.size())) return;
+  const auto n = static_cast<double>(force.size());
+  for (const bool high : {true, false}) {
+    const std::size_t count = high ? at.highest : at.lowest;
+    if (count >= fewest)
+      data.findings.push_back(
+          {Finding::Severity::warning,
+           high ? "saturated_highest" : "saturated_lowest",
+           {{"part", static_cast<double>(count) / n, "%"}, {"value", high ? at.most : at.least, "g"}},
+           place_of(data, series),
+           {count, Place(series.time[at.first]), {}}});
+  }
+}
+
 /// Two units in one vibration: the difference shows that one of them is off, and not which.
 void screen(Series& first, Series& second, Data& data) {
+  const auto of_first = first.force, of_second = second.force;
   const double least = std::hypot(vibration::rounding_sd(first, data.units[first.unit].pulse),
                                   vibration::rounding_sd(second, data.units[second.unit].pulse));
   const std::size_t n = std::min(first.force.size(), second.force.size());
@@ -75,6 +116,8 @@ void screen(Series& first, Series& second, Data& data) {
                            {{"first_unit", data.units[first.unit].name}, {"second_unit", data.units[second.unit].name}},
                            second.label,
                            {skipped.index.size(), Place(second.time[skipped.index.front()])}});
+  report_clipping(first, of_first, skipped.index, data);
+  report_clipping(second, of_second, skipped.index, data);
 }
 
 }  // namespace

@@ -44,6 +44,14 @@ TEST(SineVibrationFaults, CounterThatOverflowedTooFarIsRefused) {
                       refusal(sine_method(), evidence)));
 }
 
+// A fixture that is turned over rests at +50 and at -50: each way has an expected count of its own.
+TEST(SineVibrationFaults, CounterOfAUnitTurnedOverThatOverflowedIsRefused) {
+  Evidence evidence = trial_of(sine_method(), 1).evidence;
+  for (double& v : counts(evidence).values) v -= 512.0 * std::floor((v + 256.0) / 512.0);
+  EXPECT_TRUE(refuses(Error::Kind::bad_data, Asked{.values = {"9"}, .pattern = "the counter passed the end"},
+                      refusal(sine_method(), evidence)));
+}
+
 TEST(SineVibrationFaults, MissingWindowsAreSkippedWithTheirNeighbours) {
   Evidence evidence = shaken({});
   const auto whole = sine_method().identify(evidence, {});

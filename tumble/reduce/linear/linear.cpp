@@ -71,6 +71,7 @@ void fill_segments(Work& work, const std::vector<double>& predicted) {
   for (std::size_t g = 0; g < segments.size(); ++g) {
     const double rounding = work.evidence.uniform(g) ? work.rounding_sd : 0.0;
     segments[g].predicted = 0.0;
+    segments[g].rounding = rounding;
     segments[g].sd = std::hypot(std::sqrt(white / segments[g].duration), rounding);
   }
   for (std::size_t i = 0; i < predicted.size(); ++i) {

@@ -82,6 +82,7 @@ struct SegmentSummary {
   double measured = 0.0;   ///< NaN where predicted
   double predicted = 0.0;  ///< input and model
   double sd = 0.0;         ///< of the mean: white noise, and the rounding of a coarse output
+  double rounding = 0.0;   ///< [SI] the part of this rounding: alike in segments of one input
 };
 
 /// Condition limit of a test that moves: its axes are known to 1e-3 only, and a weaker combination is made of their

@@ -152,15 +152,13 @@ void add_in_time(const Work& work, const std::vector<Course>& courses, const std
                    [label = work.evidence.test.stretches[step.segment].label](double) {
                      return std::vector<FindingValue>{{"segment", label}};
                    },
-                   false,
-                   step.tries});
+                   false, step.tries});
   if (auto wave = wave_within(work, courses, left); wave.tries > 0.0)
     all.push_back({"output_waves", std::move(wave.column),
                    [period = wave.period](double) {
                      return std::vector<FindingValue>{{"period", period, "s"}};
                    },
-                   false,
-                   wave.tries});
+                   false, wave.tries});
 }
 
 std::vector<MissingTerm> missing_terms(const Problem& problem, const Work& work, const std::vector<double>& left) {

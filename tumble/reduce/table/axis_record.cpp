@@ -15,9 +15,9 @@ namespace {
 using Kind = Motion::Kind;
 using Severity = Finding::Severity;
 
-constexpr double least_tolerance = 0.1 * degree;  ///< [rad], 0.1 deg
-constexpr double most_tolerance = 0.5;            ///< [rad]
-constexpr double explained = 6.0;                 ///< standard deviations of what a rig does otherwise than its plan
+constexpr double least_tolerance = 0.01 * degree;  ///< [rad], 0.01 deg: encoders and clocks that are sound show more
+constexpr double most_tolerance = 0.5;             ///< [rad]
+constexpr double explained = 6.0;                  ///< standard deviations of what a rig does otherwise than its plan
 constexpr double same_motion = 0.01;      ///< [1] departures of axes that differ by less have one cause: a clock
 constexpr double another_motion = 0.2;    ///< [1] beyond it the encoder shows another motion
 constexpr double two_clocks = 100e-6;     ///< [1] by which the plain quartz clocks of rig and recorder differ

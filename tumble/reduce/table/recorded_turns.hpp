@@ -31,7 +31,7 @@ struct RecordedTurns {
 /// mean of these times, but not there, where the readings give it: Motion::lasts is twice this time. A reading stamped
 /// t is that of the middle of its sample, t + 1/(2 rate). It may count turns or not. Readings of the moves before and after
 /// do not count, see kept_motion. The plan's own motion remains where it differs from the readings by no more than
-/// 0.1 deg, or than the rig errors of the plan explain (six standard deviations of `repeatability_sd`, and of
+/// 0.01 deg, or than the rig errors of the plan explain (six standard deviations of `repeatability_sd`, and of
 /// `rate_error_sd` of the way since the axis stood, at most 0.5 rad); and where the readings are too few to judge: less
 /// than a period, residuals above 26 deg.
 ///

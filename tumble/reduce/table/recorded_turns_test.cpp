@@ -130,6 +130,20 @@ TEST(RecordedTurns, WhatTheRigsErrorsExplainRemainsAsPlanned) {
   }
 }
 
+// A table that needs 3 % longer to come to 20 deg/s is 0.09 deg behind: far more than its encoder and its drive are off.
+TEST(RecordedTurns, ATableSlowerThanItsPlanIsWhereItsEncoderShowsIt) {
+  const Motion turning{.kind = Motion::Kind::rate, .value = si(20.0, "deg/s")};
+  Evidence evidence{plan_of_motion(turning, 60.0, true), {}};
+  Plan slow = evidence.plan;
+  const double limit = slow.rig.number("inner_max_acceleration") / 1.03;
+  slow.rig.set_number("inner_max_acceleration", limit, Unit::parse("deg/s^2"));
+  evidence.recordings = {simulate(slow, 7, {})};
+  const auto turns = recorded_turns(evidence);
+  ASSERT_EQ(turns.findings.size(), 1u);
+  EXPECT_EQ(turns.findings[0].code, "turn_phase_recorded");
+  EXPECT_NEAR(std::remainder(*motion_of(turns).from - angle_at(turning.value, 0.0, slow), two_pi), 0.0, 1e-6);
+}
+
 TEST(RecordedTurns, ReadingsOfAnotherMotionAreAnErrorWithBothNumbers) {
   Evidence evidence = under_way({.kind = Motion::Kind::rate, .value = si(70.0, "deg/s")});
   evidence.plan.schedule[1].axes["inner"].value = si(50.0, "deg/s");

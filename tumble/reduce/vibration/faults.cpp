@@ -45,10 +45,11 @@ struct Expected {
   double count = std::nan(""), scale = std::nan("");
 };
 
-Expected expected_of(const Settings& settings, const Draft& draft, const Data& data) {
+/// Given: vibrating, a series whose fixture stands as it does in the rests that count.
+Expected expected_of(const Settings& settings, const Draft& draft, const Data& data, const Series& vibrating) {
   double sum = 0.0, rest = 0.0, n = 0.0;
   for (const std::size_t s : draft.series) {
-    if (!data.series[s].at_rest()) continue;
+    if (!data.series[s].at_rest() || !is_same_rest(data.series[s], vibrating)) continue;
     for (const double c : data.series[s].force) {
       if (std::isnan(c)) continue;
       sum += c;
@@ -70,10 +71,10 @@ Expected expected_of(const Settings& settings, const Draft& draft, const Data& d
 
 void unwrap_counts(const Settings& settings, const Draft& draft, Data& data, Problems& problems) {
   if (reading_of(*draft.channel) != Reading::pulses || draft.series.empty()) return;
-  const Expected expected = expected_of(settings, draft, data);
   for (const std::size_t s : draft.series) {
     Series& series = data.series[s];
     if (series.at_rest()) continue;
+    const Expected expected = expected_of(settings, draft, data, series);
     const double reach = reach_of(series.shake, series.window) * std::abs(expected.scale);
     const Unwrapped result = unwrap(series.force, expected.count, reach);
     if (result.outcome == Unwrapped::Outcome::repaired)

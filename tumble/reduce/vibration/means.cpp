@@ -100,13 +100,17 @@ Mean mean_of(const Series& series, double pulse) {
   return mean;
 }
 
+bool is_same_rest(const Series& a, const Series& b) {
+  return !(std::abs(a.rest - b.rest) > same_gravity * standard_gravity);
+}
+
 AtRest at_rest(const Data& data, const Series& series) {
   std::size_t before = data.series.size(), after = data.series.size();
   for (std::size_t i = 0; i < data.series.size(); ++i) {
     const Series& other = data.series[i];
     if (!other.at_rest() || other.unit != series.unit || other.power_up != series.power_up) continue;
     // A fixture that was turned in between shows another gravity.
-    if (std::abs(other.rest - series.rest) > same_gravity * standard_gravity) continue;
+    if (!is_same_rest(other, series)) continue;
     const auto nearer = [&](std::size_t nearest) {
       return nearest == data.series.size() ||
              std::abs(other.middle() - series.middle()) < std::abs(data.series[nearest].middle() - series.middle());

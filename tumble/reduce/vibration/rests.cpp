@@ -129,6 +129,31 @@ RestDeparture turned_over(const Data& data, std::size_t unit) {
   return d;
 }
 
+/// [1] Standard uncertainty of the logarithm of what a rest shows over what is planned.
+double log_sd(const RestDeparture& d) { return d.uncertainty / std::abs(d.planned); }
+
+/// Whether the rest is the planned one if the values of the unit are those of the other.
+bool fits_scale_of(const Data& data, const RestDeparture& d, std::size_t other) {
+  const double ratio = data.units[d.unit].force_per_value / data.units[other].force_per_value;
+  return d.ratio() > 0.0 && ratio > 0.0 && std::abs(std::log(d.ratio() / ratio)) < departs_sd * log_sd(d);
+}
+
+/// Errors for pairs of units whose rests are as planned with the scale factor of each other.
+void report_exchanged(const Data& data, Findings& findings) {
+  const auto& all = data.departures;
+  for (std::size_t a = 0; a < all.size(); ++a)
+    for (std::size_t b = 0; b < a; ++b) {
+      const bool given = !data.units[all[a].unit].scale_from_rest && !data.units[all[b].unit].scale_from_rest;
+      if (!given || !fits_scale_of(data, all[a], all[b].unit) || !fits_scale_of(data, all[b], all[a].unit)) continue;
+      findings.push_back({Severity::error,
+                          "units_exchanged",
+                          {{"first_unit", data.units[all[b].unit].name},
+                           {"second_unit", data.units[all[a].unit].name},
+                           {"first_ratio", all[b].ratio()},
+                           {"second_ratio", all[a].ratio()}}});
+    }
+}
+
 }  // namespace
 
 void compare_rests(const Settings& settings, Data& data) {
@@ -167,6 +192,7 @@ void report_departures(const Data& data, const std::vector<double>& log_gain, co
       findings.push_back({Severity::warning, "rest_differs_from_plan", values, where});
     findings.back().about = about;
   }
+  report_exchanged(data, estimate.findings);
 }
 
 void refuse_sizes(const Data& data, Problems& problems) {

@@ -97,6 +97,9 @@ struct AtRest {
   bool both_sides = false;  ///< at rest before and after: drift is interpolated
 };
 
+/// Whether the fixture stands alike in both: their rests differ by 1 mg at most, or one of them is not known.
+bool is_same_rest(const Series& a, const Series& b);
+
 /// Output of the unit in the middle of `series` if the shaker were at rest: its segments at rest before and after, in
 /// one power-up, interpolated linearly in time.
 AtRest at_rest(const Data& data, const Series& series);

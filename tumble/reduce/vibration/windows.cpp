@@ -170,7 +170,9 @@ double slope_with_interval(const Channel& channel, const std::vector<std::pair<d
 
 namespace {
 
-constexpr int narrowest_register = 8, widest_register = 24;  ///< [bits]
+constexpr int narrowest_register = 6, widest_register = 24;  ///< [bits]
+constexpr double at_ends =
+    1.0;  ///< [counts] from both ends of a register that is filled, beyond which the vibration reaches
 
 /// [1] of `reach` on both sides of the expected count, within which a register is never left: it is not unwrapped.
 constexpr double inner_reach = 0.9;
@@ -221,7 +223,9 @@ Unwrapped unwrap(std::vector<double>& counts, double expected, double reach) {
       counts = std::move(moved);
       return result;
     }
-    if (std::abs(sum / n - expected) > most_off * reach) return {Unwrapped::Outcome::ambiguous, bits, result.windows};
+    const bool filled = low <= bottom + at_ends && high >= top - at_ends;
+    if (filled || std::abs(sum / n - expected) > most_off * reach)
+      return {Unwrapped::Outcome::ambiguous, bits, result.windows};
   }
   return {};
 }

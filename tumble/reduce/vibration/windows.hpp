@@ -35,7 +35,7 @@ double slope_with_interval(const Channel& channel, const std::vector<std::pair<d
 ///
 /// Suspected where all counts fit into n bits although expected +- reach, their range by the plan, does not; repaired
 /// where all of them then lie well within that half and scatter less; ambiguous where they do not, although the mean of
-/// the recorded counts differs from the expected one.
+/// the recorded counts differs from the expected one, or they fill the register from end to end.
 struct Unwrapped {
   enum class Outcome { sound, repaired, ambiguous };
   Outcome outcome = Outcome::sound;
