@@ -11,11 +11,12 @@
 namespace tumble::entries {
 namespace {
 
-/// A plan that was made to identify alone has no truth, on which no name depends.
+/// A plan that was made to identify alone has no truth: its outputs are those of the usual instrument.
 std::vector<std::string> outputs_of_models(const Plan& plan) {
   std::vector<std::string> names;
   for (const auto& participant : participants_of(plan))
-    for (const auto& output : participant.model.outputs(defaults(participant.model.constants())))
+    for (const auto& output : participant.model.outputs(
+             participant.truth.texts().empty() ? defaults(participant.model.constants()) : participant.truth))
       names.push_back(participant.prefix + output.channel);
   return names;
 }

@@ -237,7 +237,6 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
     const bool present = std::ranges::all_of(measured, [&](const Measured& m) { return m.of[output].present; });
     if (output == gyro_y && (!present || fourier || !test.encoders)) continue;
     const Outcome outcome = outcome_of(task_of(output), measured, estimate.findings);
-    check_levels(outcome, reduction.levels, estimate.findings);
     if (fourier) add_remaining_rate(measured, outcome, settings, test.encoders, estimate.findings);
     describe(outcome, measured, reduction, ledger, estimate);
   }

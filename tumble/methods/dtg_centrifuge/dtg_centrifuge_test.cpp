@@ -346,7 +346,8 @@ TEST(DtgCentrifuge, LostSamplesDoNotChangeIt) {
   evidence.plan.settings.set_number("settling", 0.0, Unit::parse("s"));
   const double before = K(method().identify(evidence, {}), 5);
   lose(evidence.recordings[0], 200 + 2 * 1200 + 400, 200 + 2 * 1200 + 700);
-  EXPECT_NEAR(K(method().identify(evidence, {}), 5) / before, 1.0, 1e-6);
+  // without noise the least misfit is a doubt, which weighs the levels anew
+  EXPECT_NEAR(K(method().identify(evidence, {}), 5) / before, 1.0, 1e-5);
   // the Fourier series counts what its level lacks
   evidence.plan.settings.set_word("estimator", "fourier");
   const Estimate fourier = method().identify(evidence, {});

@@ -262,9 +262,10 @@ Outcome outcome_of(const Task& task, const std::vector<Measured>& measured, Find
   const auto lines = lag.filter.stages > 0 ? without_filter(measured, task.output, lag.filter)
                                            : without_lag(measured, task.output, lag.value);
   Outcome outcome = with_lag(task, lines, lag, findings);
-  if (lag.contradicted) return outcome;
   const std::vector<Level>& levels = task.reduction.levels;
-  name_cause(outcome, lines, levels, findings);
+  if (!lag.contradicted) name_cause(outcome, lines, levels, findings);
+  check_levels(outcome, levels, findings);  // by what is known, and not by what is doubted
+  if (lag.contradicted) return outcome;
   const Doubt doubt = doubt_of(other_relation(outcome, lines, levels), line_beside_force(outcome, lines, levels));
   return doubt.any() ? with_lag(task, lines, lag, unused, doubt) : std::move(outcome);
 }
