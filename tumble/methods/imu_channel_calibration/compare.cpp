@@ -10,6 +10,7 @@
 
 #include "tumble/core/columns.hpp"
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/regression/lack_of_fit.hpp"
 #include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/reduce/answer.hpp"
@@ -84,13 +85,19 @@ void set_degrees_of_freedom(const std::vector<Pair>& pairs, Estimate& estimate) 
     }
 }
 
-/// Sets the repeatability of the biases by the differences of the settled parameters.
+/// [1] chance of the differences of three biases that repeat, below which they are suspected not to.
+constexpr double suspected_repeats = 0.05;
+
+/// Sets the repeatability of the biases by the differences of the settled parameters; none where chance explains these.
 void find_repeatability(std::size_t p, std::vector<Pair>& pairs, const Estimate& estimate) {
-  double beyond = 0.0;
+  double beyond = 0.0, ratio = 0.0, freedom = std::numeric_limits<double>::infinity();
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::size_t k = place(pairs.size(), 2, p, index_of(axis, 0));
+    const std::size_t term = index_of(axis, 0), k = place(pairs.size(), 2, p, term);
     beyond += square(estimate.parameters[k].value) - estimate.covariance(k, k);
+    ratio += square(estimate.parameters[k].value) / estimate.covariance(k, k) / 3.0;
+    freedom = std::min(freedom, freedom_of_difference(pairs, p, term, estimate));
   }
+  if (chance_of_ratio(ratio, 3.0, freedom) > suspected_repeats) return;
   pairs[p].repeatability = std::sqrt(std::max(0.0, beyond / 6.0));
 }
 
