@@ -178,7 +178,7 @@ void remove_clipped(const std::vector<Part>& parts, Channel& channel, Findings& 
 /// The segments of one commanded rate.
 struct AtRate {
   std::size_t samples = 0, lost = 0;
-  double scatter = 0.0;             ///< [u] mean over the segments
+  double scatter = 0.0;             ///< [u] greatest of the segments
   std::vector<double> values = {};  ///< that are left
   bool gone() const { return values.empty() && lost > 0; }
 };
