@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/checks/support/bends.hpp"
 #include "tumble/checks/support/segments.hpp"
 #include "tumble/checks/support/texture.hpp"
 #include "tumble/checks/support/turns.hpp"
@@ -36,21 +37,6 @@ constexpr double damaged = 1e6;
 /// [sample intervals] within which outliers of several channels are one event: two samples, and half of one for stamps
 /// that are rounded apart.
 constexpr double together_within = 2.5;
-
-/// Distance of a sample from the mean of its neighbours.
-double bend(const std::vector<double>& x, std::size_t i) { return std::abs(x[i] - 0.5 * (x[i - 1] + x[i + 1])); }
-
-/// Robust standard deviation of the bends of every `step`-th sample in [begin, end); 0 where there are none.
-double usual_bend(const std::vector<double>& x, std::size_t begin, std::size_t end, std::size_t step,
-                  std::vector<double>& room) {
-  room.clear();
-  for (std::size_t i = std::max<std::size_t>(1, begin); i < std::min(end, x.size() - 1); i += step)
-    if (const double b = bend(x, i); !std::isnan(b)) room.push_back(b);
-  if (room.empty()) return 0.0;
-  const auto middle = room.begin() + static_cast<long>(room.size() / 2);
-  std::nth_element(room.begin(), middle, room.end());
-  return sd_of_median_size * *middle;
-}
 
 /// Whether a sample in [begin, end) may stand off its neighbours by `far` usual bends, those of every `step`-th sample.
 /// Their median is compared by counting, which takes a fraction of the time that finding it does.

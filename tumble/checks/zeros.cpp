@@ -3,12 +3,11 @@
 #include <vector>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/checks/support/bends.hpp"
 #include "tumble/checks/support/each_channel.hpp"
 #include "tumble/checks/support/grain.hpp"
 #include "tumble/checks/support/signals.hpp"
 #include "tumble/checks/support/texture.hpp"
-#include "tumble/math/median.hpp"
-#include "tumble/math/normal.hpp"
 
 namespace tumble::checks::zeros {
 
@@ -142,18 +141,11 @@ bool interrupts(const std::vector<double>& x, std::size_t i, double scatter) {
   return a * d > 0.0 && b * c > 0.0 && std::abs(here) > far_alone * std::max({residual, scatter, 1.0});
 }
 
-/// Robust sd of a sample about the mean of its neighbours [u]: of most samples, in a test with moves that of its rests.
-double usual_bend(const std::vector<double>& x) {
-  std::vector<double> bends;
-  for (std::size_t i = 1; i + 1 < x.size(); ++i)
-    if (const double bend = std::abs(x[i] - 0.5 * (x[i - 1] + x[i + 1])); !std::isnan(bend)) bends.push_back(bend);
-  return bends.empty() ? 0.0 : sd_of_median_size * median(std::move(bends));
-}
-
 /// Zeros that interrupt a course.
 Zeros interruptions(const std::vector<double>& x) {
   Zeros zeros;
-  const double scatter = usual_bend(x);
+  std::vector<double> room;
+  const double scatter = usual_bend(x, 1, x.size(), 1, room);
   for (std::size_t i = 0; i < x.size(); ++i)
     if (interrupts(x, i, scatter) && zeros.count++ == 0) zeros.first = i;
   return zeros;
