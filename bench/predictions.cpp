@@ -12,9 +12,11 @@
 #include <cstdlib>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "tumble/math/parallel.hpp"
 #include "tumble/tasks/calibration.hpp"
 #include "tumble/tasks/prediction/simulated_tests.hpp"
 #include "tumble/tasks/tasks.hpp"
@@ -32,16 +34,24 @@ struct Tests {
   std::size_t made = 0, refused = 0;
 };
 
+/// On all processors.
 void add_tests(const Plan& plan, std::size_t up_to, Tests& tests) {
-  while (tests.made < up_to) try {
-      const auto estimate = prediction::simulated_test(plan, ++tests.made);
-      for (std::size_t i = 0; i < estimate.parameters.size(); ++i) {
-        tests.values[estimate.parameters[i].name].push_back(estimate.parameters[i].value);
-        tests.sds[estimate.parameters[i].name].push_back(standard_uncertainty(estimate, i));
-      }
+  const std::size_t before = tests.made;
+  std::vector<std::optional<Estimate>> made(up_to > before ? up_to - before : 0);
+  parallel_for(made.size(), [&](std::size_t i) {
+    try {
+      made[i] = prediction::simulated_test(plan, before + i + 1);
     } catch (const Error&) {
-      ++tests.refused;
     }
+  });
+  for (const auto& estimate : made) {
+    ++tests.made;
+    if (!estimate) ++tests.refused;
+    for (std::size_t i = 0; estimate && i < estimate->parameters.size(); ++i) {
+      tests.values[estimate->parameters[i].name].push_back(estimate->parameters[i].value);
+      tests.sds[estimate->parameters[i].name].push_back(standard_uncertainty(*estimate, i));
+    }
+  }
 }
 
 double mean_of(const std::vector<double>& values) {

@@ -9,6 +9,7 @@
 #include "tumble/checks/support/grain.hpp"
 #include "tumble/checks/support/signals.hpp"
 #include "tumble/checks/support/texture.hpp"
+#include "tumble/math/fourier.hpp"
 #include "tumble/math/median.hpp"
 #include "tumble/units/constants.hpp"
 
@@ -40,7 +41,8 @@ constexpr double least_held_share = 0.1;
 /// Of the places of one phase of a pattern all repeat the one before, by chance with p = 0.7^60 = 5e-10; of every other phase
 /// some do and some do not, so that the pattern is not that of a slow rate that is counted.
 constexpr std::size_t least_places = 60;
-constexpr std::size_t most_with_pattern = 4;             ///< parts of a record, each of which takes 2000 frequencies
+constexpr std::size_t most_with_pattern = 4;  ///< parts of a record
+constexpr std::size_t finer_by = 4;           ///< frequencies in what the length of a part resolves
 constexpr double least_beside = 0.1, most_beside = 0.7;  ///< [1] of the other places that repeat
 constexpr std::size_t phases_beside = 4;
 constexpr double slowest = 0.03, fastest = 0.5;  ///< [1/sample] of held values: each is held at most once more
@@ -141,20 +143,28 @@ double held_in_pattern(const std::vector<bool>& repeats, double frequency) {
   return gap;
 }
 
+/// [1/sample] At which the repeats of a part recur most clearly, to a quarter of what its length resolves; NaN: at none.
+double clearest_frequency(const std::vector<bool>& repeats) {
+  const double n = static_cast<double>(repeats.size());
+  const double share = static_cast<double>(std::ranges::count(repeats, true)) / n;
+  std::vector<double> padded(finer_by * repeats.size());
+  for (std::size_t i = 0; i < repeats.size(); ++i) padded[i] = (repeats[i] ? 1.0 : 0.0) - share;
+  std::vector<std::complex<double>> spectrum;
+  real_transform(padded, spectrum);
+  double most = pattern_power * n * share * (1.0 - share), best = NAN;
+  for (std::size_t k = 0; k < spectrum.size(); ++k) {
+    const double frequency = static_cast<double>(k) / static_cast<double>(padded.size()), power = std::norm(spectrum[k]);
+    if (frequency >= slowest && frequency < fastest && power > most) most = power, best = frequency;
+  }
+  return best;
+}
+
 double held_in_pattern(std::span<const double> x) {
   std::vector<bool> repeats;
-  double count = 0.0;
-  for (std::size_t i = 1; i < x.size(); ++i) repeats.push_back(x[i] == x[i - 1]), count += repeats.back() ? 1.0 : 0.0;
-  const double n = static_cast<double>(repeats.size()), share = count / n;
-  double most = pattern_power * n * share * (1.0 - share), best = NAN;
-  const double step = 0.25 / n;
-  for (double frequency = slowest; frequency < fastest; frequency += step) {
-    std::complex<double> sum, turn = 1.0;
-    const std::complex<double> by = std::polar(1.0, -two_pi * frequency);
-    for (std::size_t i = 0; i < repeats.size(); ++i, turn *= by) sum += turn * (repeats[i] - share);
-    if (std::norm(sum) > most) most = std::norm(sum), best = frequency;
-  }
+  for (std::size_t i = 1; i < x.size(); ++i) repeats.push_back(x[i] == x[i - 1]);
+  const double best = clearest_frequency(repeats);
   if (std::isnan(best)) return NAN;
+  const double step = 1.0 / static_cast<double>(finer_by * repeats.size());
   constexpr int finer = 20;
   for (int k = -finer; k <= finer; ++k)
     if (const double held = held_in_pattern(repeats, best + step * k / finer); !std::isnan(held)) return held;

@@ -5,22 +5,25 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include "tumble/core/budget.hpp"
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/parallel.hpp"
 #include "tumble/math/square.hpp"
+#include "tumble/sim/power_up.hpp"
 #include "tumble/tasks/tasks.hpp"
 #include "tumble/units/error.hpp"
 
 namespace tumble::prediction {
 namespace {
 
-/// The scatter of so many values is known to 10 %, and together with what each test states to 8 %.
-constexpr std::size_t most_tests = 48;
+/// The scatter of so many values is known to 15 %, and together with what each test states to 10 %.
+constexpr std::size_t most_tests = 24;
 /// [tests] Weight of the stated variances beside the scatter of the values: chosen, a dozen tests.
 constexpr double weight_of_stated = 12.0;
 constexpr std::size_t fewest_tests = 4;          ///< of a large test: where the variance of one is known better
-constexpr std::size_t samples_of_all = 1 << 26;  ///< [byte] simulated for one prediction: some ten seconds
+constexpr std::size_t steps_of_all = 1 << 23;    ///< of all channels, for one prediction: some seconds of a processor
 constexpr std::size_t largest_test = 1 << 30;    ///< [byte] that one test may take in memory
 constexpr std::uint64_t first_seed = 20251129;   ///< chosen: any that people do not type
 constexpr std::uint64_t apart = 1000;            ///< seeds of the parts of one test: more than there are tests
@@ -139,6 +142,31 @@ void scale_to_scatter(const std::vector<Estimate>& all, Estimate& out) {
   }
 }
 
+struct Tests {
+  std::vector<Estimate> all;
+  Problems refused;  ///< why the first of those that are not among them was
+};
+
+/// On all processors.
+Tests tests_of(const Plan& plan, std::size_t count) {
+  std::vector<std::optional<Estimate>> made(count);
+  std::vector<Problems> refused(count);
+  parallel_for(count, [&](std::size_t i) {
+    try {
+      made[i] = simulated_test(plan, first_seed + i);
+    } catch (const Error& error) {
+      if (error.kind != Error::Kind::bad_data && error.kind != Error::Kind::bad_input) throw;
+      refused[i] = error.problems;
+    }
+  });
+  Tests out;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (made[i]) out.all.push_back(std::move(*made[i]));
+    if (out.refused.empty()) out.refused = refused[i];
+  }
+  return out;
+}
+
 /// What half of the tests call an error: their values are not to be relied on.
 void add_errors(const std::vector<Estimate>& all, Findings& findings) {
   std::map<std::string, std::size_t> count;
@@ -166,15 +194,9 @@ Estimate predict_by_tests(const Plan& plan) {
                     "are simulated: let the schedule be shorter, or the rate lower",
                     Name{plan.file}, Name{plan.method}, static_cast<double>(size) * 1e-9,
                     static_cast<double>(largest_test) * 1e-9));
-  const std::size_t tests = std::clamp(samples_of_all / size, fewest_tests, most_tests);
-  std::vector<Estimate> all;
-  Problems refused;
-  for (std::size_t i = 0; i < tests; ++i) try {
-      all.push_back(simulated_test(plan, first_seed + i));
-    } catch (const Error& error) {
-      if (error.kind != Error::Kind::bad_data && error.kind != Error::Kind::bad_input) throw;
-      if (refused.empty()) refused = error.problems;
-    }
+  const std::size_t steps = size * static_cast<std::size_t>(oversampling_of(plan)) / sizeof(double);
+  const std::size_t tests = std::clamp(steps_of_all / (steps + 1), fewest_tests, most_tests);
+  auto [all, refused] = tests_of(plan, tests);
   if (2 * all.size() < tests) {
     for (auto& problem : refused)
       problem = say("{}: {} would refuse this test: {}", Name{plan.file}, Name{plan.method}, problem);
