@@ -2,7 +2,7 @@
 """Measures tumble.fleet on this machine and prints a Markdown page.
 
 usage: PYTHONPATH=build/dev/python build/venv/bin/python bench/fleet.py [PART...] [--units 500] [--data FOLDER] > bench/results/fleet.md
-PART: efficiency, kills, scheduler, record; without any, the first three. Processor times are those of all processes of a run; wall
+PART: efficiency, kills, scheduler, many, record; without any, the first three. `many` takes an hour of processor. Processor times are those of all processes of a run; wall
 times are figures on a quiet machine only, so the page says its load. `record` writes 16 GB into the folder of the data (--samples 1e9).
 """
 
@@ -281,6 +281,52 @@ t seconds a task are kept busy up to t/{1e3 * cost:.2f} ms of them:
 """)
 
 
+MANY = """
+import json, resource, sys, time
+from tumble import fleet
+begin, marks = time.monotonic(), []
+def note(done, what):
+    if done >= (len(marks) + 1) / 10 - 1e-9:
+        with open("/proc/self/statm") as file:
+            marks.append([time.monotonic() - begin, int(file.read().split()[1]) * resource.getpagesize() / 2**20])
+made = fleet.run("allan_noise", sys.argv[1], sys.argv[2], workers=2, progress=note)
+status = made.status()
+again = time.monotonic()
+fleet.run("allan_noise", sys.argv[1], sys.argv[2], workers=2)
+used = resource.getrusage(resource.RUSAGE_SELF)
+print(json.dumps({"marks": marks, "status": str(status), "again": time.monotonic() - again,
+                  "driver": used.ru_utime + used.ru_stime, "peak": used.ru_maxrss / 1024}))
+"""
+
+
+def many(data, work, count):
+    """So many recordings of 300 samples that what grows with them is seen."""
+    folder = data / "many"
+    folder.mkdir(parents=True, exist_ok=True)
+    rng = numpy.random.default_rng(5)
+    for number in range(count):
+        path = folder / f"u{number:07}.csv"
+        if not path.exists():
+            lines = "\n".join(f"{k / 100:.2f},{value:.5f}" for k, value in enumerate(rng.normal(0.0, 0.02, 300)))
+            path.write_text(f"time [s],gyro.x [deg/s]\n{lines}\n")
+    shutil.rmtree(work / "many", ignore_errors=True)
+    say("many: run")
+    done = subprocess.run(
+        [sys.executable, "-c", MANY, str(folder), str(work / "many")], check=True, capture_output=True, text=True
+    )
+    found = json.loads(done.stdout.splitlines()[-1])
+    print(f"""## {count} recordings of 300 samples
+
+2 workers, load {os.getloadavg()[0]:.1f} at the end. The driver took {1e3 * found["driver"] / count:.2f} ms of processor time a recording, and {found["peak"]:.0f} MB at most; a second
+run that finds everything done takes {found["again"]:.0f} s. {found["status"]}.
+
+| done | seconds | memory of the driver [MB] |
+|---|---:|---:|""")
+    for part, (seconds, memory) in enumerate(found["marks"], 1):
+        print(f"| {part * count // 10} | {seconds:.0f} | {memory:.0f} |")
+    print()
+
+
 RECORD = """
 import json, resource, sys, time
 import tumble
@@ -378,6 +424,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("parts", nargs="*", default=[])
     parser.add_argument("--units", type=int, default=500)
+    parser.add_argument("--recordings", type=int, default=100_000)
     parser.add_argument("--samples", type=float, default=1e9)
     parser.add_argument("--tasks", type=int, default=100_000)
     parser.add_argument("--data", type=pathlib.Path)
@@ -394,10 +441,12 @@ def main():
                 kills(data, work)
             elif part == "scheduler":
                 scheduler(work, given.tasks)
+            elif part == "many":
+                many(data, work, given.recordings)
             elif part == "record":
                 record(data, work, int(given.samples))
             else:
-                parser.error(f"{part}: one of efficiency, kills, scheduler, record is expected")
+                parser.error(f"{part}: one of efficiency, kills, scheduler, many, record is expected")
             sys.stdout.flush()
 
 

@@ -25,7 +25,7 @@ namespace {
 struct FleetArguments {
   std::string action;
   std::vector<std::string> what, sets, parameters, least, most;
-  std::string output, executor, scheduler, workers, retries, serial, timeout, archive, by;
+  std::string output, executor, scheduler, workers, retries, patience, serial, timeout, archive, by;
   bool retry_errors = false, json = false;
 };
 
@@ -66,6 +66,7 @@ bool has_package(const std::string& program) {
   option("--scheduler", arguments.scheduler);
   option("--workers", arguments.workers);
   option("--retries", arguments.retries);
+  option("--patience", arguments.patience);
   option("--serial", arguments.serial);
   option("--timeout", arguments.timeout);
   option("--archive", arguments.archive);
@@ -143,6 +144,10 @@ std::vector<Argument> workers_of(FleetArguments& arguments) {
            .value = &arguments.retries,
            .description = "run, record: how often a task is tried again whose worker\nended (default: 2)",
            .type = "NUMBER"},
+          {.name = "--patience",
+           .value = &arguments.patience,
+           .description = "run, record: how long a run waits while a cluster has no\nworker, or no scheduler that answers (default: 600)",
+           .type = "SECONDS"},
           {.name = "--timeout",
            .value = &arguments.timeout,
            .description = "run: seconds after which a worker is ended",

@@ -502,7 +502,8 @@ def test_a_folder_is_compacted_and_goes_on(units, serial_table, tmp_path):
     made = fleet.run("allan_noise", [*names, damaged], out, executor="serial")
     before = made.table()
     removed = made.compact()
-    assert removed == (4, UNITS) and made.compact() == (0, 0)
+    assert removed == (4, 0) and made.compact() == (0, 0)
+    assert len(list(out.glob("rows/*/*/*.json"))) == 1, "that of the damaged one, which has no result"
     assert len(parquet_files(out)) == 1
     assert made.table().equals(before)
     assert made.status().ok == UNITS and made.status().errors == 1
@@ -519,10 +520,15 @@ def test_a_compaction_that_is_killed_loses_nothing(units, tmp_path, monkeypatch)
 
     whole = tmp_path / "whole"
     names = sorted(units.iterdir())[:4]
-    for last in (1, 2, 4):
-        fleet.run("allan_noise", names[:last], whole, executor="serial")
-    table = fleet.Fleet(whole).table()
     remove = Store.remove
+    for last in (1, 2, 4):
+        monkeypatch.setattr(
+            Store, "remove", lambda *_: None
+        )  # as of a run that is killed after its rows are in the table
+        fleet.run("allan_noise", names[:last], whole, executor="serial")
+    monkeypatch.setattr(Store, "remove", remove)
+    assert len(list(whole.glob("rows/*/*/*.json"))) == 4
+    table = fleet.Fleet(whole).table()
     for number in range(3 + 4):
         out = tmp_path / f"killed {number}"
         shutil.copytree(whole, out)
@@ -603,10 +609,17 @@ def test_a_name_that_is_no_text_is_refused(units, tmp_path):
 
 
 @pytest.mark.parametrize("left", [b"", b'{"key": "ab'])
-def test_rows_that_a_power_failure_cut_are_made_again(units, serial_table, tmp_path, left):
+def test_rows_that_a_power_failure_cut_are_made_again(units, serial_table, tmp_path, left, monkeypatch):
+    from tumble.fleet import _run
+
     out = tmp_path / "fleet"
-    fleet.run("allan_noise", units, out, executor="serial")
-    shutil.rmtree(out / "table")
+
+    def ends(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(_run, "add_rows", ends)
+        fleet.run("allan_noise", units, out, executor="serial")
     first, second, *_ = sorted(out.glob("rows/*/*/*.json"))
     first.write_bytes(left)
     second.write_bytes(left)

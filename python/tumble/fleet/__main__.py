@@ -37,6 +37,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         verb.add_argument("--workers", type=int, help="number of processes (default: one for each processor)")
         verb.add_argument("--retries", type=int, default=2, help="how often a task is tried again (default: 2)")
         verb.add_argument(
+            "--patience", type=float, default=600.0, help="seconds to wait while a cluster has no worker (default: 600)"
+        )
+        verb.add_argument(
             "--set", action="append", default=[], metavar="KEY=VALUE", help="replaces a value of the plan"
         )
     run = verbs.choices["run"]
@@ -99,6 +102,7 @@ def _common(given: argparse.Namespace) -> dict[str, Any]:
         "workers": given.workers,
         "settings": settings or None,
         "retries": given.retries,
+        "patience": given.patience,
         "progress": _Line(),
     }
 

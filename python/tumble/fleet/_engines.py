@@ -11,8 +11,9 @@ import select
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+import time
+from collections.abc import Callable, Collection
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from typing import Any, Protocol
 
 from tumble._errors import TumbleError, UsageError, wrong_type
@@ -24,15 +25,27 @@ class WorkerDiedError(TumbleError):
     """A process ended in the middle of a task."""
 
 
+class GoneError(TumbleError):
+    """Who was to carry out tasks will not come back."""
+
+
 class Engine(Protocol):
     """Carries out tasks. `slots` tasks are worked on at the same time."""
 
     name: str
-    slots: int
     knows_the_culprit: bool  # whether WorkerDiedError names the task that the worker had
+
+    @property
+    def slots(self) -> int:
+        """How many."""
+        ...
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
         """The future of a call. Its exception is WorkerDiedError where the process ended."""
+        ...
+
+    def lacks(self) -> str:
+        """Who is not there that could carry out tasks; empty: nobody. Raises GoneError where that is for ever."""
         ...
 
     def close(self) -> None:
@@ -40,7 +53,15 @@ class Engine(Protocol):
         ...
 
 
-class Serial:
+class Local:
+    """What does not depend on others."""
+
+    def lacks(self) -> str:
+        """Nobody."""
+        return ""
+
+
+class Serial(Local):
     """In this process, one after the other."""
 
     name, slots, knows_the_culprit = "serial", 1, True
@@ -58,7 +79,7 @@ class Serial:
         """Nothing to end."""
 
 
-class Processes:
+class Processes(Local):
     """Processes of this machine. One that dies fails its own task only, and another one takes its place."""
 
     name, knows_the_culprit = "processes", True
@@ -179,8 +200,34 @@ class Dask:
 
     def __init__(self, client: Any, own: Any = None) -> None:
         self._client, self._own = client, own
-        self.slots = max(1, sum(client.ncores().values()))
+        self._workers: dict[str, int] = client.ncores()
+        self._address = client.scheduler.address
         self._fetching = ThreadPoolExecutor(4)
+        self._asked: tuple[float, Future[dict[str, int]]] | None = None
+
+    @property
+    def slots(self) -> int:
+        """Processors of the workers that are there: some may come later."""
+        return max(1, sum(self._workers.values()))
+
+    def lacks(self) -> str:
+        """The scheduler, or workers."""
+        if self._client.status in ("closing", "closed"):
+            raise GoneError(f"the scheduler at {self._address} is gone")
+        silent = f"the scheduler at {self._address}, which does not answer"
+        if self._client.status != "running":
+            return silent
+        if self._asked is None:
+            self._asked = time.monotonic(), _beside(self._client.ncores)
+        begun, asked = self._asked
+        if asked.done():
+            self._asked = None
+            if asked.exception() is not None:
+                return silent
+            self._workers = asked.result()
+        elif time.monotonic() - begun > self.PATIENCE:
+            return silent
+        return "" if self._workers else f"workers of the scheduler at {self._address}, which has none"
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
         """Sends the call to the scheduler."""
@@ -213,7 +260,21 @@ class Dask:
             self._own.close()
 
 
-class Foreign:
+def _beside(call: Callable[[], Any]) -> Future[Any]:
+    """Calls in a thread that may go on for ever: the end of the program does not wait for it."""
+    future: Future[Any] = Future()
+
+    def answer() -> None:
+        try:
+            future.set_result(call())
+        except BaseException as error:
+            future.set_exception(error)
+
+    threading.Thread(target=answer, daemon=True).start()
+    return future
+
+
+class Foreign(Local):
     """Any object with `submit`: an executor of concurrent.futures, or one that looks like it."""
 
     knows_the_culprit = False
@@ -229,6 +290,46 @@ class Foreign:
 
     def close(self) -> None:
         """The executor is the user's."""
+
+
+class Waiting:
+    """Waits for answers as long as there is somebody who could give them."""
+
+    TICK = 1.0  # [s] between two looks
+    WORDS = 30.0  # [s] between two words about it
+
+    def __init__(self, engine: Engine, patience: float, say: Callable[[str], None]) -> None:
+        self._engine, self._patience, self._say = engine, patience, say
+        self._looked = self._said = time.monotonic()
+        self._since: float | None = None  # when somebody was missed first
+
+    def some_of(self, futures: Collection[Future[Any]]) -> set[Future[Any]]:
+        """Those that are done, one or more. Raises GoneError where nobody has come for as long as is waited."""
+        while True:
+            done = wait(futures, timeout=self.TICK, return_when=FIRST_COMPLETED).done
+            if time.monotonic() - self._looked >= self.TICK:
+                self._look(bool(done))
+            if done:
+                return done
+
+    def _look(self, answered: bool) -> None:
+        now = self._looked = time.monotonic()
+        try:
+            lacks = self._engine.lacks()
+        except GoneError:
+            if answered:
+                return  # what is there first
+            raise
+        if not lacks:
+            self._since = None
+            return
+        if self._since is None:
+            self._since, self._said = now, now - self.WORDS
+        if now - self._since > self._patience:
+            raise GoneError(f"after {now - self._since:.0f} s without {lacks}")
+        if now - self._said >= self.WORDS:
+            self._said = now
+            self._say(lacks)
 
 
 def engine_of(executor: Any, workers: int | None, timeout: float | None = None) -> Engine:

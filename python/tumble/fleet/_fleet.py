@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import datetime
 import os
 import tempfile
@@ -12,8 +13,9 @@ from tumble import _tumble
 from tumble._errors import UsageError, wrong_type
 from tumble._result import Result, _from_text
 from tumble._text import need, path_text, sets_of, words_of
-from tumble.fleet._store import DOCUMENT, Store, name_of_key
-from tumble.fleet._tables import arrow_table, compact, read_parts, write_parts
+from tumble.fleet._index import Index
+from tumble.fleet._store import DOCUMENT, Store, name_of_key, run_of
+from tumble.fleet._tables import arrow_table, compact, read_parts
 
 BATCH = 100  # results in a transaction of an archive
 
@@ -58,7 +60,7 @@ class Fleet:
         for name in self._store.names("log", suffix=".jsonl"):
             for line in self._store.lines("log", name):
                 if "status" in line:
-                    entries[line["recording"]] = (name, line)
+                    entries[line["recording"]] = (run_of(name), line)
         return entries
 
     def _rows(self) -> list[dict[str, Any]]:
@@ -115,29 +117,36 @@ class Fleet:
 
     def errors(self) -> dict[str, str]:
         """What went wrong, by recording."""
-        return {str(row["recording"]): str(row["error"]) for row in self._rows() if row["status"] == "error"}
+        with contextlib.closing(self._index()) as index:
+            return dict(index.errors())
 
     def status(self) -> Status:
         """How much is done."""
-        states = [row["status"] for row in self._rows()]
+        with contextlib.closing(self._index()) as index:
+            states = index.states()
         others = {
             name
             for folder in ("rows", "results")
-            for name in self._store.names(folder, suffix=".json")
-            if name.split("/")[0] != self._document["tumble"]
+            for version in self._store.folders(folder)
+            if version != self._document["tumble"]
+            for name in self._store.names(folder, version, suffix=".json")
         }
         pending = self._pending()
-        ok, errors, duplicates = (states.count(state) for state in ("ok", "error", "duplicate"))
-        return Status(len(states) + pending, ok, errors, duplicates, pending, len(others))
+        ok, errors, duplicates = (states.get(state, 0) for state in ("ok", "error", "duplicate"))
+        return Status(sum(states.values()) + pending, ok, errors, duplicates, pending, len(others))
+
+    def _index(self) -> Index:
+        return Index(self._store, self._document["tumble"])
 
     def _pending(self) -> int:
         """What the last run has not come to."""
-        runs = [name for name in self._store.names("log", suffix=".jsonl") if name.startswith("run-")]
-        if not runs:
-            return 0
-        lines = list(self._store.lines("log", runs[-1]))
-        to_do = next((int(line["to_do"]) for line in lines if line.get("run") == "begins"), 0)
-        return max(0, to_do - sum("status" in line for line in lines))
+        logs = [name for name in self._store.names("log", suffix=".jsonl") if name.startswith("run-")]
+        to_do = 0
+        for name in logs:
+            if run_of(name) == run_of(logs[-1]):
+                for line in self._store.lines("log", name):
+                    to_do += int(line["to_do"]) if line.get("run") == "begins" else -("status" in line)
+        return max(0, to_do)
 
     def result(self, recording: str) -> Result:
         """The result of one recording. Raises UsageError with the error of its row, or that it is absent."""
@@ -157,17 +166,13 @@ class Fleet:
             raise UsageError(f"{self.folder}: the result {key} is not there")
         return data.decode()
 
-    def _write_table(self) -> None:
-        """Adds the rows that are new to the Parquet dataset."""
-        write_parts(self._store, self._document)
-
     def compact(self) -> tuple[int, int]:
-        """Makes one Parquet file of each folder of the dataset, and removes the files of rows that are in it.
+        """Makes few Parquet files of each folder of the dataset, of 10 000 rows or a little more.
 
         Runs add files; after many of them this makes the folder small and quick to read. It may be interrupted, and
         runs may work in the folder meanwhile.
 
-        Returned  how many Parquet files and row files were removed
+        Returned  how many Parquet files were removed, and how many files of rows that a killed run had left
         """
         return compact(self._store, self._document)
 

@@ -12,7 +12,7 @@ import json
 import os
 from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import Future
 from typing import Any
 
 from tumble import _tumble
@@ -20,8 +20,8 @@ from tumble._errors import FileError, TumbleError, UsageError
 from tumble._plan import Plan, plan_of
 from tumble._progress import Call, listener
 from tumble._result import Result
-from tumble._text import count_of, path_text
-from tumble.fleet._engines import Engine, WorkerDiedError, engine_of
+from tumble._text import count_of, number_of, path_text
+from tumble.fleet._engines import Engine, Waiting, WorkerDiedError, engine_of
 from tumble.fleet._names import tasks_of
 from tumble.fleet._store import DOCUMENT, FORMAT, Store
 from tumble.fleet._task import Job, _plan, local_copy, sha256_of_plan, stamp_of
@@ -38,6 +38,7 @@ def record(
     workers: int | None = None,
     settings: dict[str, object] | None = None,
     retries: int = 2,
+    patience: float = 600.0,
     progress: object = None,
 ) -> Result:
     """The noise of one record that many files hold together, in order of their names.
@@ -62,7 +63,8 @@ def record(
         names.sort(key=lambda name: order.get(name, len(order)))
     store, again = Store(path_text(out, "out")), count_of(retries, "retries")
     job = _job_of_record(store, made)
-    work = _Work(job, engine_of(executor, None if workers is None else count_of(workers, "workers", 1)), again)
+    engine = engine_of(executor, None if workers is None else count_of(workers, "workers", 1))
+    work = _Work(job, engine, again, number_of(patience, "patience"))
     try:
         with listener(progress) as call:
             return work.result(store, made, names, call)
@@ -88,8 +90,8 @@ def _job_of_record(store: Store, plan: Plan) -> Job:
 class _Work:
     """The two rounds over the files."""
 
-    def __init__(self, job: Job, engine: Engine, retries: int) -> None:
-        self.job, self.engine, self._retries = job, engine, retries
+    def __init__(self, job: Job, engine: Engine, retries: int, patience: float) -> None:
+        self.job, self.engine, self._retries, self._patience = job, engine, retries, patience
 
     def result(self, store: Store, plan: Plan, names: list[str], call: Call | None) -> Result:
         measured = self._round(measure, [(name,) for name in names], call, "measured", 0.0)
@@ -116,12 +118,21 @@ class _Work:
         waiting = deque(range(len(tasks)))
         in_flight: dict[Future[str], int] = {}
         done_count = 0
+
+        def say(lacks: str) -> None:
+            if call is not None:
+                call(
+                    begin + 0.5 * done_count / len(tasks),
+                    f"{done_count} of {len(tasks)} files {what}; waiting for {lacks}",
+                )
+
+        answers = Waiting(self.engine, self._patience, say)
         while waiting or in_flight:
             while waiting and len(in_flight) < QUEUE * self.engine.slots:
                 number = waiting.popleft()
                 future = self.engine.submit(function, self.job, *tasks[number])
                 in_flight[future] = number
-            for future in wait(in_flight, return_when=FIRST_COMPLETED)[0]:
+            for future in answers.some_of(in_flight):
                 number = in_flight.pop(future)
                 error = future.exception()
                 if error is None:

@@ -2,27 +2,30 @@
 
 from __future__ import annotations
 
+import contextlib
 import datetime
 import json
 import os
 import re
 import time
 import uuid
+import warnings
 from collections import deque
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import Future
 from typing import Any
 
 from tumble import _tumble
-from tumble._errors import DataError, FileError, TumbleError, UsageError
+from tumble._errors import DataError, FileError, TumbleError, TumbleWarning, UsageError
 from tumble._plan import Plan, plan_of
 from tumble._progress import Call, listener
 from tumble._text import count_of, number_of, path_text
-from tumble.fleet._engines import Engine, WorkerDiedError, engine_of
+from tumble.fleet._engines import Engine, GoneError, Waiting, WorkerDiedError, engine_of
 from tumble.fleet._fleet import Fleet
+from tumble.fleet._index import Index, stamp_text
 from tumble.fleet._names import require_some, tasks_of
 from tumble.fleet._store import DOCUMENT, FORMAT, Log, Store
-from tumble.fleet._tables import forget, known_keys
-from tumble.fleet._task import Job, Task, reduce, sha256_of_plan, stamp_of, where
+from tumble.fleet._tables import BATCH, add_rows, forget, gather
+from tumble.fleet._task import Job, Task, keep, reduce, sha256_of_plan, stamp_of, where
 
 QUEUE = 2  # tasks in flight for each worker: one that it works on, one that waits
 
@@ -39,6 +42,7 @@ def run(
     retries: int = 2,
     timeout: float | None = None,
     retry_errors: bool = False,
+    patience: float = 600.0,
     archive: str | None = None,
     by: str | None = None,
     progress: object = None,
@@ -46,7 +50,8 @@ def run(
     """Identifies the parameters of many units, one recording each.
 
     A run that was interrupted goes on where it ended: what is done is not computed again, for any executor. A recording
-    that cannot be reduced is a row with its error; so is one that ends its worker.
+    that cannot be reduced is a row with its error; so is one that ends its worker, and one to which a run has not come
+    because the cluster was gone: then there is a TumbleWarning, and the same call goes on.
 
     Given     plan          a Plan, the path of one, or the name of a method that needs none
               recordings    paths, patterns such as "data/*.h5", folders, a dict from serial number to path
@@ -59,6 +64,7 @@ def run(
               retries       how often a task is tried again whose worker died or whose file could not be read
               timeout       [s] after which a worker of executor="processes" is ended, with an error in the row
               retry_errors  also recordings again whose row is an error
+              patience      [s] how long a run waits while a cluster has no worker, or its scheduler does not answer
               archive       address of an archive that takes the results, with `by`, who archives them
               progress      None, True (a bar), or a function of (done from 0 to 1, what)
     Returned  the fleet: its table, its log, its summary
@@ -77,13 +83,13 @@ def run(
         job,
         count_of(retries, "retries"),
         None if timeout is None else number_of(timeout, "timeout"),
+        number_of(patience, "patience"),
         retry_errors,
     )
     count = None if workers is None else count_of(workers, "workers", 1)
     with listener(progress) as call:
         driver.run(tasks, executor, count, call)
     fleet = Fleet(store)
-    fleet._write_table()
     if archive is not None:
         fleet.to_archive(archive, by=by)
     return fleet
@@ -132,36 +138,37 @@ def _job(store: Store, plan: Plan) -> Job:
 class _Driver:
     """One run."""
 
-    def __init__(self, store: Store, job: Job, retries: int, timeout: float | None, retry_errors: bool) -> None:
-        self._store, self._job = store, job
+    def __init__(
+        self, store: Store, job: Job, retries: int, timeout: float | None, patience: float, retry_errors: bool
+    ) -> None:
+        self._store = store
         self._document: dict[str, Any] = store.json(DOCUMENT)
-        self._retries, self._timeout, self._retry_errors = retries, timeout, retry_errors
+        self._retries, self._timeout, self._patience, self._retry_errors = retries, timeout, patience, retry_errors
         self._failed: dict[Task, int] = {}  # how often
         self._alone: deque[Task] = deque()  # whose worker died while others were in flight
-        self._forgotten: set[str] = set()  # keys of errors that are to be tried again
+        self._rows: list[dict[str, Any]] = []  # that are not in the table yet
         self._done = self._errors = 0
+        name = self._name_of_log()
+        self._log = Log(store, "log", name)
+        self._job = job._replace(log=name)
 
     def run(self, tasks: list[Task], executor: Any, workers: int | None, call: Call | None) -> None:
-        waiting = deque(task for task in tasks if not self._is_done(task))
-        forget(self._store, self._document, self._forgotten)
-        self._all, self._done, self._call = len(tasks), len(tasks) - len(waiting), call
-        self._log = Log(self._store, "log", self._name_of_log())
-        self._begin = time.monotonic()
-        self._say({"run": "begins", "tumble": self._job.version, "recordings": len(tasks), "to_do": len(waiting)})
-        engine: Engine | None = None
-        ending = "interrupted"
-        try:
-            if waiting:
-                engine = engine_of(executor, workers, self._timeout)
-                self._say({"run": "works", "executor": engine.name, "workers": engine.slots})
-                self._work(waiting, engine, QUEUE * engine.slots)
-                self._work(self._alone, engine, 1)
-            ending = "complete"
-        finally:
-            if engine is not None:
-                engine.close()
-            self._say({"run": ending, "seconds": round(time.monotonic() - self._begin, 3)})
-            self._log.close()
+        with contextlib.closing(self._log):
+            gather(self._store, self._document)
+            waiting = self._to_do(tasks)
+            self._all, self._done, self._call = len(tasks), len(tasks) - len(waiting), call
+            self._begin = time.monotonic()
+            self._say({"run": "begins", "tumble": self._job.version, "recordings": len(tasks), "to_do": len(waiting)})
+            try:
+                if waiting:
+                    self._carry_out(waiting, executor, workers)
+                self._write_rows()
+            except BaseException:
+                with contextlib.suppress(FileError):  # of a full disk: it is known
+                    self._write_rows()
+                    self._say_end("interrupted")
+                raise
+            self._say_end("complete")
 
     def _name_of_log(self) -> str:
         """Runs have numbers, because a clock may go back between two of them."""
@@ -173,43 +180,66 @@ class _Driver:
         stamp = datetime.datetime.now(datetime.timezone.utc).strftime("%Y%m%dT%H%M%SZ")
         return f"run-{max(numbers, default=0) + 1:06}-{stamp}-{os.getpid()}-{uuid.uuid4().hex[:6]}.jsonl"
 
-    def _is_done(self, task: Task) -> bool:
-        """Whether an earlier run did it, and the recording has not changed since: nothing is read."""
-        known = self._earlier.get((task.recording, task.serial))
-        if known is None or known["status"] not in ("ok", "error") or known.get("key") is None:
+    def _to_do(self, tasks: list[Task]) -> deque[Task]:
+        """The recordings that no earlier run did, or that have changed since: nothing is read."""
+        forgotten: set[str] = set()  # keys of errors that are to be tried again
+        index = Index(self._store, self._job.version)
+        try:
+            waiting = deque(task for task in tasks if not self._is_done(task, index, forgotten))
+        finally:
+            index.close()
+        forget(self._store, self._document, forgotten)
+        return waiting
+
+    def _is_done(self, task: Task, index: Index, forgotten: set[str]) -> bool:
+        known = index.entry(task.recording)
+        if known is None or known.serial != task.serial or known.key is None:
             return False
-        if known["status"] == "error" and self._retry_errors:
-            self._forgotten.add(known["key"])
+        if known.status == "error" and self._retry_errors:
+            forgotten.add(known.key)
             return False
         try:
-            if list(stamp_of(task.recording)) != known["stamp"]:
+            if stamp_text(stamp_of(task.recording)) != known.stamp:
                 return False
         except TumbleError:
             return False
-        return known["key"] in self._keys
+        return index.has_row(known.key)
 
-    @property
-    def _earlier(self) -> dict[tuple[str, str], dict[str, Any]]:
-        if not hasattr(self, "_earlier_lines"):
-            self._earlier_lines = {}
-            self._keys = known_keys(self._store, self._job.version)
-            for name in self._store.names("log", suffix=".jsonl"):
-                for line in self._store.lines("log", name):
-                    if "status" in line:
-                        self._earlier_lines[line["recording"], line["serial"]] = line
-        return self._earlier_lines
+    def _carry_out(self, waiting: deque[Task], executor: Any, workers: int | None) -> None:
+        engine = engine_of(executor, workers, self._timeout)
+        try:
+            self._say({"run": "works", "executor": engine.name, "workers": engine.slots})
+            self._work_with(engine, waiting)
+        finally:
+            engine.close()
 
-    def _work(self, waiting: deque[Task], engine: Engine, most: int) -> None:
-        """Keeps `most` tasks in flight until none waits."""
+    def _work_with(self, engine: Engine, waiting: deque[Task]) -> None:
+        answers = Waiting(engine, self._patience, self._say_what_lacks)
         in_flight: dict[Future[Any], Task] = {}
+        try:
+            self._work(waiting, in_flight, engine, answers, False)
+            self._work(self._alone, in_flight, engine, answers, True)
+        except GoneError as error:
+            left = [*in_flight.values(), *waiting, *self._alone]
+            for task in left:
+                self._settle(task, _failure(f"was not reduced: {error}"))
+            warnings.warn(
+                f"{len(left)} of {self._all} recordings were not reduced: {error}; the same call goes on",
+                TumbleWarning,
+                stacklevel=5,
+            )
+
+    def _work(
+        self, waiting: deque[Task], in_flight: dict[Future[Any], Task], engine: Engine, answers: Waiting, alone: bool
+    ) -> None:
+        """Keeps tasks in flight until none waits."""
         while waiting or in_flight:
-            while waiting and len(in_flight) < most:
+            while waiting and len(in_flight) < (1 if alone else QUEUE * engine.slots):
                 task = waiting.popleft()
                 in_flight[engine.submit(reduce, self._job, task)] = task
-            done, _ = wait(in_flight, return_when=FIRST_COMPLETED)
-            for future in done:
+            for future in answers.some_of(in_flight):
                 task = in_flight.pop(future)
-                self._take(task, future, waiting, alone=most == 1 or engine.knows_the_culprit)
+                self._take(task, future, waiting, alone=alone or engine.knows_the_culprit)
 
     def _take(self, task: Task, future: Future[Any], waiting: deque[Task], alone: bool) -> None:
         error = future.exception()
@@ -219,7 +249,7 @@ class _Driver:
             self._alone.append(task)  # one of those in flight ended the worker: which one shows when each is alone
             self._say({"recording": task.recording, "serial": task.serial, "failed": str(error), "again": "alone"})
         elif isinstance(error, DataError) and not isinstance(error, FileError):
-            self._settle(task, {"key": None, "status": "error", "error": str(error), "known": False})
+            self._settle(task, _failure(str(error)))
         elif isinstance(error, (FileError, WorkerDiedError, OSError, MemoryError)) or not isinstance(
             error, TumbleError
         ):
@@ -239,19 +269,46 @@ class _Driver:
             waiting.append(task)
             return
         times = f", {self._failed[task]} times" if self._failed[task] > 1 else ""
-        self._settle(task, {"key": None, "status": "error", "error": words + times, "known": False})
+        self._settle(task, _failure(words + times))
 
     def _settle(self, task: Task, answer: dict[str, Any]) -> None:
+        row = answer.pop("row", None)
+        if "result" in answer:  # of a worker that does not share the folder
+            keep(self._store, self._job.version, row, answer.pop("result"))
         self._done += 1
         self._errors += answer["status"] == "error"
         self._say({"recording": task.recording, "serial": task.serial, **answer})
+        if row is not None:
+            self._rows.append(row)
+            if len(self._rows) >= BATCH:
+                self._write_rows()
         if self._call is not None:
-            errors = f", {self._errors} with an error" if self._errors else ""
-            self._call(self._done / self._all, f"{self._done} of {self._all} recordings{errors}")
+            self._call(self._done / self._all, self._how_far())
+
+    def _write_rows(self) -> None:
+        rows, self._rows = self._rows, []
+        add_rows(self._store, self._document, rows)
+
+    def _how_far(self) -> str:
+        errors = f", {self._errors} with an error" if self._errors else ""
+        return f"{self._done} of {self._all} recordings{errors}"
+
+    def _say_what_lacks(self, lacks: str) -> None:
+        self._say({"run": "waits", "for": lacks})
+        if self._call is not None:
+            self._call(self._done / self._all, f"{self._how_far()}; waiting for {lacks}")
+
+    def _say_end(self, ending: str) -> None:
+        self._say({"run": ending, "seconds": round(time.monotonic() - self._begin, 3)})
 
     def _say(self, line: dict[str, Any]) -> None:
         now = time.time()
         self._log.add({"time": round(now, 6), **line, **({} if "host" in line else where())}, now)
+
+
+def _failure(error: str) -> dict[str, Any]:
+    """The outcome of a recording of which nothing is known."""
+    return {"key": None, "status": "error", "error": error, "known": False}
 
 
 def _is_full_disk(error: BaseException, out: str) -> bool:

@@ -4,7 +4,8 @@
     results/VERSION/ab/abcd....json     the result of one recording: what `tumble identify -o` writes
     rows/VERSION/ab/abcd....json        its row of the table; written after the result, so that it says: done
     table/model=M/month=YYYY-MM/*.parquet
-    log/*.jsonl                         one a run: who did what when, and which recording is which row
+    log/*.jsonl                         one a run: who did what when, and which recording is which row; in an object
+                                        store one of a run follows another, each of some thousand lines
 
 A result and its row are named by the SHA-256 of everything that they depend on, so whoever writes them writes the same.
 """
@@ -102,22 +103,42 @@ class Store:
         except ValueError as error:
             raise FileError(f"{self.path(*parts)}: {error}") from error
 
+    def folders(self, *parts: str) -> list[str]:
+        """Names of the folders in a folder."""
+        try:
+            found = self.fs.ls(self.path(*parts), detail=True)
+        except FileNotFoundError:
+            return []
+        return sorted(str(one["name"]).rstrip("/").rsplit("/", 1)[-1] for one in found if one["type"] == "directory")
+
     def lines(self, *parts: str) -> Iterator[dict[str, Any]]:
-        """The lines of a log. One that a crash cut off is passed over."""
-        for line in (self.read(*parts) or b"").splitlines():
-            with contextlib.suppress(ValueError):
-                yield json.loads(line)
+        """The lines of a log, one after the other. One that a crash cut off is passed over."""
+        try:
+            with self.fs.open(self.path(*parts), "rb") as file:
+                for line in file:
+                    with contextlib.suppress(ValueError):
+                        yield json.loads(line)
+        except FileNotFoundError:
+            return
+        except OSError as error:
+            raise FileError(f"{self.path(*parts)}: {error}") from error
+
+
+def run_of(name: str) -> str:
+    """The run of a log."""
+    return name.split(".")[0]
 
 
 class Log:
     """A log that grows line by line: appended on a disk, written again every few seconds in an object store."""
 
     PERIOD = 5.0  # [s]
+    LINES = 5000  # of one object: more begin the next one
 
     def __init__(self, store: Store, *parts: str) -> None:
         self._store, self._parts = store, parts
         self._lines: list[str] = []
-        self._written = 0.0
+        self._written, self._full = 0.0, 0
         self._file = None
         if store.is_local:
             path = store.path(*parts)
@@ -137,16 +158,21 @@ class Log:
                 raise FileError(f"{self._store.path(*self._parts)}: {error}") from error
             return
         self._lines.append(text)
-        if now - self._written > self.PERIOD:
+        if now - self._written > self.PERIOD or len(self._lines) >= self.LINES:
             self.close()
             self._written = now
+        if len(self._lines) >= self.LINES:
+            self._lines.clear()
+            self._full += 1
 
     def close(self) -> None:
         """Writes what waits."""
         if self._file is not None:
             self._file.close()
         elif self._lines:
-            self._store.write("".join(self._lines).encode(), *self._parts)
+            *folder, name = self._parts
+            following = f".{self._full:06}.jsonl" if self._full else ".jsonl"
+            self._store.write("".join(self._lines).encode(), *folder, run_of(name) + following)
 
 
 def filesystem_of(path: str) -> tuple[Any, str]:

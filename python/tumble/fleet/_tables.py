@@ -1,7 +1,8 @@
 """The table of a fleet: rows as JSON beside the results, gathered into a Parquet dataset that other programs read.
 
-The dataset has a folder for each model and month of the tests, as Hive names them. A run adds files: one that was
-interrupted leaves rows for the next one, and one that is repeated adds none. compact() makes one file of each folder.
+The dataset has a folder for each model and month of the tests, as Hive names them. A run adds files of up to BATCH
+rows, and removes the row files that they replace: one that was interrupted leaves rows for the next one, and one that is
+repeated adds none. compact() makes few files of each folder.
 What takes the place of other files is written before they are removed, so a process that ends between the two loses
 nothing: rows that are there twice count once, and the next call removes the second ones.
 """
@@ -11,6 +12,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+from collections.abc import Iterator
 from typing import Any
 
 from tumble._errors import FileError
@@ -20,6 +22,8 @@ from tumble.fleet._store import Store, name_of_key
 TEXTS = ("recording", "serial", "model", "method", "status", "error", "verdict", "begun", "ended")
 LAST = ("sha256", "plan_sha256", "tumble", "key")
 NO_MONTH = "unknown"
+BATCH = 2000  # rows that a run keeps in memory: some 35 kB each
+LARGE = 10_000  # rows of a file that compact() leaves as it is
 
 
 def arrow_table(rows: list[dict[str, Any]], document: dict[str, Any]) -> Any:
@@ -64,42 +68,68 @@ def _in(unit: str, cell: list[Any] | None) -> tuple[float | None, float | None]:
     return there.from_si(here.to_si(value)), spread
 
 
-def write_parts(store: Store, document: dict[str, Any]) -> int:
-    """Adds rows that the dataset does not have yet; returns their number."""
-    known = {row["key"] for row in _dataset(store)}
-    version = document["tumble"]
-    new = [key for key in _keys_of_files(store, "rows", version) if key not in known]
-    rows = [row for row in (_row_of_file(store, version, key) for key in new) if row is not None]
+def add_rows(store: Store, document: dict[str, Any], rows: list[dict[str, Any]]) -> None:
+    """Adds rows to the dataset, and removes their files.
+
+    A row whose recording has no result (an error) keeps its file: by it a worker sees that the recording was looked at.
+    """
     for (model, month), some in _by_folder(rows).items():
         _write_part(store, document, _folder(model, month), some)
-    return len(rows)
+    for row in rows:
+        if row["status"] == "ok":
+            store.remove("rows", document["tumble"], *name_of_key(row["key"]))
+
+
+def gather(store: Store, document: dict[str, Any]) -> int:
+    """Adds the rows that a run left beside the dataset; returns how many files of rows are there no more."""
+    version = document["tumble"]
+    keys = _keys_of_files(store, "rows", version)
+    if not keys:
+        return 0
+    before, beside = len(keys), set(keys)
+    known = {key for key, *_ in _columns(store, version) if key in beside}
+    for first in range(0, len(keys), BATCH):
+        found = (_row_of_file(store, version, key) for key in keys[first : first + BATCH])
+        rows = [row for row in found if row is not None]
+        add_rows(store, document, [row for row in rows if row["key"] not in known])
+        for row in rows:  # a run ended between the two steps
+            if row["key"] in known and row["status"] == "ok":
+                store.remove("rows", version, *name_of_key(row["key"]))
+    return before - len(_keys_of_files(store, "rows", version))
 
 
 def compact(store: Store, document: dict[str, Any]) -> tuple[int, int]:
-    """Makes one file of each folder of the dataset, and removes the row files that are in it.
+    """Makes few files of each folder of the dataset, of LARGE rows or a little more, and gathers rows beside it.
 
-    A row whose recording has no result (an error) keeps its file. Returned: files removed of the dataset, and of rows
+    Returned: files removed of the dataset, and of rows
     """
-    write_parts(store, document)
+    removed = gather(store, document)
+    merged = 0
+    for folder, names in _parts_by_folder(store).items():
+        some: dict[str, dict[str, Any]] = {}
+        their: list[str] = []
+        for name in [*names, None]:
+            if name is not None:
+                rows = _rows_of_part(store, name) or []
+                if len(rows) < LARGE:
+                    some.update((row["key"], row) for row in rows)
+                    their.append(name)
+            if name is None or len(some) >= LARGE:
+                if len(their) > 1:
+                    kept = _write_part(store, document, folder, list(some.values()))
+                    for one in their:
+                        if one != kept:
+                            store.remove("table", one)
+                            merged += 1
+                some, their = {}, []
+    return merged, removed
+
+
+def _parts_by_folder(store: Store) -> dict[str, list[str]]:
     by_folder: dict[str, list[str]] = {}
     for name in store.names("table", suffix=".parquet"):
         by_folder.setdefault(name.rpartition("/")[0], []).append(name)
-    merged = 0
-    safe: set[str] = set()
-    for folder, names in by_folder.items():
-        rows = {row["key"]: row for name in names for row in _rows_of_part(store, name) or ()}
-        kept = names[0] if len(names) == 1 else _write_part(store, document, folder, list(rows.values()))
-        for name in names:
-            if name != kept:
-                store.remove("table", name)
-                merged += 1
-        safe.update(rows)
-    version = document["tumble"]
-    results = set(_keys_of_files(store, "results", version))
-    removed = [key for key in _keys_of_files(store, "rows", version) if key in safe and key in results]
-    for key in removed:
-        store.remove("rows", version, *name_of_key(key))
-    return merged, len(removed)
+    return by_folder
 
 
 def forget(store: Store, document: dict[str, Any], keys: set[str]) -> None:
@@ -116,9 +146,26 @@ def forget(store: Store, document: dict[str, Any], keys: set[str]) -> None:
         store.remove("rows", document["tumble"], *name_of_key(key))
 
 
-def known_keys(store: Store, version: str) -> set[str]:
-    """The keys of all rows of a version."""
-    return {row["key"] for row in read_parts(store, version)}
+def columns_of_rows(store: Store, version: str) -> Iterator[tuple[str, str, str, str]]:
+    """Key, status, error and SHA-256 of each row of a version, those beside the dataset first."""
+    for key in _keys_of_files(store, "rows", version):  # before the dataset: what leaves here is there
+        row = _row_of_file(store, version, key)
+        if row is not None:
+            yield row["key"], row["status"], row["error"], row["sha256"]
+    yield from _columns(store, version)
+
+
+def _columns(store: Store, version: str) -> Iterator[tuple[str, str, str, str]]:
+    """The same of the dataset; where another run puts files together meanwhile, some twice."""
+    seen: set[str] = set()
+    while names := [name for name in store.names("table", suffix=".parquet") if name not in seen]:
+        for name in names:
+            seen.add(name)
+            columns = _read_part(store, name, ["key", "status", "error", "sha256", "tumble"])
+            if columns is not None:
+                for key, status, error, sha256, tumble in zip(*columns, strict=True):
+                    if tumble == version:
+                        yield key, status, error, sha256
 
 
 def _keys_of_files(store: Store, *folder: str) -> list[str]:
@@ -174,19 +221,22 @@ def _dataset(store: Store) -> list[dict[str, Any]]:
 
 
 def _rows_of_part(store: Store, name: str) -> list[dict[str, Any]] | None:
-    """The rows of a file of the dataset; None where it is not there any more.
+    """The rows of a file of the dataset; None where it is not there any more."""
+    columns = _read_part(store, name, ["row"])
+    return None if columns is None else [json.loads(cell) for cell in columns[0]]
 
-    From a buffer of Arrow: its threads must not wait for those of Python.
-    """
+
+def _read_part(store: Store, name: str, columns: list[str]) -> list[list[str]] | None:
+    """Columns of a file of the dataset. From a buffer of Arrow: its threads must not wait for those of Python."""
     pa, pq = need("pyarrow", "fleet"), need("pyarrow.parquet", "fleet")
     data = store.read("table", name)
     if data is None:
         return None
     try:
-        cells: list[str] = pq.ParquetFile(pa.BufferReader(data)).read(columns=["row"])["row"].to_pylist()
+        table = pq.ParquetFile(pa.BufferReader(data)).read(columns=columns)
+        return [table[column].to_pylist() for column in columns]
     except (pa.ArrowException, KeyError) as error:
         raise FileError(f"{store.path('table', name)}: {error}; remove it, and run the fleet again") from error
-    return [json.loads(cell) for cell in cells]
 
 
 def read_parts(store: Store, version: str) -> list[dict[str, Any]]:

@@ -32,6 +32,7 @@ class Job(NamedTuple):
     sets: tuple[tuple[str, str], ...]
     plan_sha256: str
     version: str
+    log: str = ""  # of the run: a worker that sees it shares the folder
 
     def key(self, sha256: str, serial: str) -> str:
         """The name of everything that a result depends on."""
@@ -144,32 +145,51 @@ def _store(out: str) -> Store:
     return Store(out)
 
 
+@lru_cache(maxsize=4)
+def _shares(out: str, log: str) -> bool:
+    """Whether this process sees the folder of the run that asks: the driver may be on another machine."""
+    return _store(out).has("log", log)
+
+
 def reduce(job: Job, task: Task) -> dict[str, Any]:
     """Reduces a recording unless that was done before.
 
-    Returned  what the log needs: key, sha256, stamp, status, error, whether it was there, seconds, host, process
+    Returned  what the log needs: key, sha256, stamp, status, error, whether it was there, seconds, host, process; the
+              row; and the result, where this process does not share the folder of the run: then nothing is written
     Raises    what may be different next time: a file that changes or cannot be read, a full disk, no memory
     """
     _tumble.limit_threads(1)
+    if _tumble.version != job.version:
+        raise UsageError(
+            f"a worker on {where()['host']} has Tumble {_tumble.version}, and the run {job.version}: "
+            "install the same version everywhere"
+        )
     begin, work = time.monotonic(), time.process_time()
-    stamp = stamp_of(task.recording)
+    shares = _shares(job.out, job.log)
+    try:
+        stamp = stamp_of(task.recording)
+    except FileError as error:
+        if shares:
+            raise
+        here = f"the worker on {where()['host']} sees neither the recording nor the folder of the fleet"
+        raise FileError(f"{error} ({here})") from error
     with local_copy(task.recording) as path:
         if stamp.size == 0:
             raise DataError(f"{task.recording}: is empty")
         sha256 = sha256_of(path)
         key = job.key(sha256, task.serial)
         store = _store(job.out)
-        row = _known_row(store, job, task, sha256, key)
+        row, result = _known_row(store, job, task, sha256, key) if shares else None, None
         known = row is not None
         if row is None:
-            trace(store, "begins", key, task.recording)
+            if shares:
+                trace(store, "begins", key, task.recording)
             row, result = _compute(job, task, path, sha256, key)
             if stamp_of(task.recording) != stamp:
                 raise FileError(f"{task.recording}: has changed while it was read")
-            if result is not None:
-                store.write(result.encode(), "results", job.version, *name_of_key(key))
-            store.write(json.dumps(row, ensure_ascii=False).encode(), "rows", job.version, *name_of_key(key))
-            trace(store, "ends", key, task.recording)
+            if shares:
+                keep(store, job.version, row, result)
+                trace(store, "ends", key, task.recording)
     return {
         "key": key,
         "sha256": sha256,
@@ -180,7 +200,17 @@ def reduce(job: Job, task: Task) -> dict[str, Any]:
         "seconds": round(time.monotonic() - begin, 6),
         "processor_seconds": round(time.process_time() - work, 6),
         **where(),
+        "row": row,
+        **({} if shares else {"result": result}),
     }
+
+
+def keep(store: Store, version: str, row: dict[str, Any], result: str | None) -> None:
+    """Writes a result and its row."""
+    name = name_of_key(row["key"])
+    if result is not None:
+        store.write(result.encode(), "results", version, *name)
+    store.write(json.dumps(row, ensure_ascii=False).encode(), "rows", version, *name)
 
 
 def where() -> dict[str, Any]:
