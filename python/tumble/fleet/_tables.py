@@ -1,7 +1,7 @@
 """The table of a fleet: rows as JSON beside the results, gathered into a Parquet dataset that other programs read.
 
 The dataset has a folder for each model and month of the tests, as Hive names them. A run adds files of up to BATCH
-rows, and removes the row files that they replace: one that was interrupted leaves rows for the next one, and one that is
+rows, and removes the row files that they replace: one that was interrupted leaves rows for the next one; one that is
 repeated adds none. compact() makes few files of each folder.
 What takes the place of other files is written before they are removed, so a process that ends between the two loses
 nothing: rows that are there twice count once, and the next call removes the second ones.
