@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import stat
 from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -204,6 +205,8 @@ def load_result(path: str | os.PathLike[str]) -> Result:
     """
     text = path_text(path, "path")
     try:
+        if stat.S_ISCHR(os.stat(text).st_mode):
+            raise FileError(f"{text}: is a device, and no result file")
         with open(text, encoding="utf-8") as file:
             return _from_text(file.read(), text)
     except (OSError, UnicodeDecodeError) as error:

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -286,19 +287,6 @@ Where place_of(const std::string& text, std::size_t byte, const std::string& fil
           .place = say("{}", Name{fmt::format("{}:{}:{}", file, line, column)})};
 }
 
-nlohmann::json parsed(const std::string& text, const std::string& file) {
-  try {
-    return nlohmann::json::parse(text);
-  } catch (const nlohmann::json::parse_error& error) {
-    if (std::filesystem::path(file).extension() != ".json" && file.find('.') != std::string::npos)
-      throw Error{Error::Kind::bad_file, in_file(file, "not JSON: a result of identify is expected here")};
-    throw Error{Error::Kind::bad_file,
-                Problem(place_of(text, error.byte, file), "not JSON: no valid value here, or the file ends too early")};
-  } catch (const nlohmann::json::exception&) {
-    throw Error{Error::Kind::bad_file, in_file(file, "a number is too large for a double")};
-  }
-}
-
 /// Each problem once, in the order of the document, the first fifty of them.
 Problems for_people(const Problems& problems, const std::string& file) {
   constexpr std::size_t most = 50;
@@ -310,6 +298,39 @@ Problems for_people(const Problems& problems, const std::string& file) {
   }
   if (seen.size() > most) result.push_back(within(where, say("and {} more", seen.size() - most)));
   return result;
+}
+
+/// The names of each object that is being read: nlohmann keeps the last of two values, and a file has two authors.
+class NamesOnce {
+ public:
+  bool operator()(int, nlohmann::json::parse_event_t event, nlohmann::json& name) {
+    if (event == nlohmann::json::parse_event_t::object_start) open_.emplace_back();
+    if (event == nlohmann::json::parse_event_t::object_end) open_.pop_back();
+    if (event == nlohmann::json::parse_event_t::key && !open_.back().insert(name.get<std::string>()).second)
+      twice.push_back(say("'{}' is there twice in one object", name.get<std::string>()));
+    return true;
+  }
+
+  Problems twice = {};
+
+ private:
+  std::vector<std::set<std::string>> open_ = {};
+};
+
+nlohmann::json parsed(const std::string& text, const std::string& file) {
+  try {
+    NamesOnce names;
+    auto document = nlohmann::json::parse(text, std::ref(names));
+    if (!names.twice.empty()) throw Error{Error::Kind::bad_file, for_people(names.twice, file)};
+    return document;
+  } catch (const nlohmann::json::parse_error& error) {
+    if (std::filesystem::path(file).extension() != ".json" && file.find('.') != std::string::npos)
+      throw Error{Error::Kind::bad_file, in_file(file, "not JSON: a result of identify is expected here")};
+    throw Error{Error::Kind::bad_file,
+                Problem(place_of(text, error.byte, file), "not JSON: no valid value here, or the file ends too early")};
+  } catch (const nlohmann::json::exception&) {
+    throw Error{Error::Kind::bad_file, in_file(file, "a number is too large for a double")};
+  }
 }
 
 }  // namespace

@@ -42,6 +42,12 @@ TEST(ResultJson, ReadsBackWhatWasWritten) {
   testing::expect_same(before, after);
 }
 
+TEST(ResultJson, AMemberThatIsThereTwiceIsRefused) {
+  std::string text = to_json(testing::estimate());
+  text.insert(text.find("\"title\""), "\"title\": \"of another author\", ");
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {"title"}}, [&] { estimate_from_json(text, "r.json"); }));
+}
+
 TEST(ResultJson, IsTheSameTextAfterReading) {
   const auto text = to_json(testing::estimate());
   EXPECT_EQ(to_json(estimate_from_json(text, "result.json")), text);

@@ -25,6 +25,17 @@ TEST_F(Csv, NamesUnitsValuesAndClock) {
   EXPECT_EQ(sha256_of(recording.origin).size(), 64u);
 }
 
+TEST_F(Csv, ANameThatASpreadsheetWouldTakeForAFormulaIsText) {
+  for (const std::string name : {"=cmd|'/C calc'!A0", "+1", "-x", "@SUM(A1)"}) {
+    Recording recording;
+    recording.channels.push_back({name, QuantityKind::other, Unit::parse("deg/h"), {0.0, 1.0, nullptr}, {1.0, 2.0}});
+    const std::string file = folder.file("formula.csv");
+    write_recording(recording, file);
+    EXPECT_NE(read_text_file(file).find(",\" " + name), std::string::npos) << name;
+    EXPECT_EQ(read_recording(file, {}, {}).channels.at(0).name, name);
+  }
+}
+
 TEST_F(Csv, ChecksumIsThatOfTheBytes) {
   // printf 'time[s],a[1]\n0,1\n1,2\n' | sha256sum
   EXPECT_EQ(sha256_of(read("time[s],a[1]\n0,1\n1,2\n").origin),

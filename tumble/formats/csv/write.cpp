@@ -48,10 +48,12 @@ void append_even_time(std::string& text, double t, double interval) {
 namespace {
 
 /// A header cell; quoted where the name holds what would be read otherwise. The name of the clock is taken, and blanks
-/// at the ends are not read back.
+/// at the ends are not read back: behind one, what a spreadsheet would take for a formula is text.
 std::string header_cell(const Channel& channel) {
-  const std::string cell = channel.name + "[" + channel.unit.text() + "]";
-  const bool plain = cell.find_first_of(",;\t\"\n\r") == std::string::npos;
+  constexpr std::string_view formulas = "=+-@";
+  const bool formula = !channel.name.empty() && formulas.find(channel.name.front()) != std::string_view::npos;
+  const std::string cell = (formula ? " " : "") + channel.name + "[" + channel.unit.text() + "]";
+  const bool plain = !formula && cell.find_first_of(",;\t\"\n\r") == std::string::npos;
   const bool other = channel.name.empty() || channel.name == "time" || trimmed(channel.name) != channel.name;
   if (cell.find_first_of("\n\r\"") != std::string::npos || other)
     throw Error{Error::Kind::bad_input, say("the channel name '{}' cannot be written in a CSV header", channel.name)};

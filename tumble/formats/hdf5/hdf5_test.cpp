@@ -59,6 +59,20 @@ TEST_F(Links, ToAnotherFileAreRefused) {
   EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.pattern = "a link leads to another file"}, refusal(around)));
 }
 
+TEST_F(Links, ToADatasetOfTheFileAreChannels) {
+  const auto with_link = [&](const char* name, const char* target) {
+    return made(name, [&](hid_t at) {
+      const Handle data(H5Fopen(path("data.h5").c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+      H5Ocopy(data, "/channels/gyro", at, "/channels/gyro", H5P_DEFAULT, H5P_DEFAULT);
+      H5Lcreate_soft(target, at, "/channels/linked", H5P_DEFAULT, H5P_DEFAULT);
+    });
+  };
+  const auto recording = read_recording(with_link("soft.h5", "/channels/gyro"), {}, {});
+  ASSERT_EQ(recording.channels.size(), 2u);
+  EXPECT_EQ(recording.channels[0].values, recording.channels[1].values);
+  EXPECT_TRUE(refuses(Error::Kind::bad_file, Asked{.values = {"linked"}}, refusal(with_link("lost.h5", "/none"))));
+}
+
 // Whoever opens a recording would see the words of a file of his own.
 TEST_F(Links, TextOfAnotherFileIsNotRead) {
   write_file_atomically(path("secret.json"), R"({"operator": "SECRET"})");

@@ -86,8 +86,8 @@ class Source {
     throw Error{Error::Kind::bad_file, say("'{}' {}", path_, what)};
   }
 
-  /// Datasets below /channels, in the order they were made where the file knows it. A link inside the file is not
-  /// followed; what links to another file is refused when it is opened.
+  /// Datasets below /channels, in the order they were made where the file knows it, and links to others of the file. What
+  /// links to another file, or to no dataset, is refused when it is opened.
   std::vector<std::string> names() {
     if (!exists(file_, "/channels")) refuse("has no group /channels with one dataset for each channel");
     const Handle group(H5Gopen2(file_, "/channels", H5P_DEFAULT), H5Gclose);
@@ -98,8 +98,10 @@ class Source {
     std::vector<std::string> found;
     const auto visit = [](hid_t at, const char* name, const H5L_info_t* link, void* list) -> herr_t {
       H5O_info_t object;
-      if (link->type == H5L_TYPE_EXTERNAL) static_cast<std::vector<std::string>*>(list)->emplace_back(name);
-      if (link->type != H5L_TYPE_HARD) return 0;
+      if (link->type != H5L_TYPE_HARD) {
+        static_cast<std::vector<std::string>*>(list)->emplace_back(name);
+        return 0;
+      }
       if (H5Oget_info_by_name1(at, name, &object, H5P_DEFAULT) < 0) return -1;
       if (object.type == H5O_TYPE_DATASET) static_cast<std::vector<std::string>*>(list)->emplace_back(name);
       return 0;
