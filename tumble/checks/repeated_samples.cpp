@@ -48,6 +48,9 @@ constexpr std::size_t phases_beside = 4;
 constexpr double slowest = 0.03, fastest = 0.5;  ///< [1/sample] of held values: each is held at most once more
 /// [1] of the expected power of a pattern by chance: exp(-20) is 2e-9.
 constexpr double pattern_power = 20.0;
+/// [1] of the share of held samples, by which parts of a record agree: a slower sensor keeps its rate, while counts of a rate that
+/// changes from segment to segment have some pattern in one part and another in the next.
+constexpr double same_share = 0.03;
 constexpr double narrower = 0.9, wider = 1.3;  ///< [1] of the share of held samples: the phase that only holds
 
 /// How the repeats are spread over a part.
@@ -185,9 +188,14 @@ Findings held_counts(const Channel& channel) {
   if (const double share = held_while_moving(values); !std::isnan(share)) return {finding(channel, share)};
   const std::size_t length = std::min(part, values.size());
   const std::size_t parts = std::clamp<std::size_t>(values.size() / length, 1, most_with_pattern);
+  std::vector<double> shares;
   for (std::size_t k = 0; k < parts; ++k) {
     const auto part_of = values.subspan(parts == 1 ? 0 : k * (values.size() - length) / (parts - 1), length);
-    if (const double share = held_in_pattern(part_of); !std::isnan(share)) return {finding(channel, share)};
+    const double share = held_in_pattern(part_of);
+    if (std::isnan(share)) continue;
+    const auto agrees = [&](double other) { return std::abs(other - share) < same_share * share; };
+    if (parts == 1 || std::ranges::any_of(shares, agrees)) return {finding(channel, share)};
+    shares.push_back(share);
   }
   return {};
 }

@@ -245,6 +245,23 @@ TEST(SampleChecks, ACornerOfAMotionIsNoOutlier) {
 }
 
 // Counts repeat by chance; what is held shows where the unit moves fast, or by its pattern.
+// Positions of a counter of few pulses: a pattern in one of them only.
+TEST(SampleChecks, CountsOfManyRatesRepeatByChance) {
+  std::size_t accused = 0;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    const auto noise = white(many / 4, seed);
+    double all = 0.0;
+    auto values = series(noise.size(), [&](std::size_t i) {
+      const auto position = static_cast<double>(i / 600);
+      const double before = std::round(all);
+      all += 400.0 * std::sin(2.1 * position + 0.37 * static_cast<double>(seed)) + 0.55 * noise[i];
+      return std::round(all) - before;
+    });
+    accused += codes("repeated_samples", values, "pulse").empty() ? 0 : 1;
+  }
+  EXPECT_EQ(accused, 0u);
+}
+
 TEST(SampleChecks, CountsThatAreHeldAreSaid) {
   auto moves = rounded_to(1.0, white(1000, 12));
   for (std::size_t i = 0; i < moves.size(); ++i) {

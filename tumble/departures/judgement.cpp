@@ -120,8 +120,22 @@ std::string_view name(Handling handling) {
   return "silent";
 }
 
-CellVerdict judge_cell(std::span<const Answer> answers, std::span<const Answer> sound,
-                       const std::vector<std::string>& told_by, bool listed) {
+namespace {
+
+/// Whether the answer is that of the sound test of the same seed.
+bool as_without_it(const Answer& answer, const Answer& sound) {
+  const auto close = [](double a, double b) {
+    return (std::isnan(a) && std::isnan(b)) || std::abs(a - b) < least_moved;
+  };
+  return answer.refusal.empty() && std::ranges::equal(answer.deviations, sound.deviations, close) &&
+         std::ranges::all_of(answer.codes, [&](const std::string& code) {
+           return std::ranges::find(sound.codes, code) != sound.codes.end();
+         });
+}
+
+/// Given: the answers that are not as without the departure.
+CellVerdict judge_moved(std::span<const Answer> answers, std::span<const Answer> sound,
+                        const std::vector<std::string>& told_by, bool listed) {
   CellVerdict verdict;
   std::size_t parameters = 0, named_or_refused = 0;
   for (std::size_t i = 0; i < answers.size(); ++i) {
@@ -153,6 +167,18 @@ CellVerdict judge_cell(std::span<const Answer> answers, std::span<const Answer> 
   if (verdict.handling == Handling::named && verdict.refused == 0 && verdict.worst_rms < most_rms)
     verdict.handling = Handling::held;
   return verdict;
+}
+
+}  // namespace
+
+CellVerdict judge_cell(std::span<const Answer> answers, std::span<const Answer> sound,
+                       const std::vector<std::string>& told_by, bool listed) {
+  const CellVerdict of_all = judge_moved(answers, sound, told_by, listed);
+  if (of_all.handling != Handling::silent) return of_all;
+  std::vector<Answer> moved, sound_of_moved;
+  for (std::size_t i = 0; i < answers.size(); ++i)
+    if (!as_without_it(answers[i], sound[i])) moved.push_back(answers[i]), sound_of_moved.push_back(sound[i]);
+  return moved.empty() ? of_all : judge_moved(moved, sound_of_moved, told_by, listed);
 }
 
 Accusations accusations_in(std::span<const Answer> sound) {

@@ -55,7 +55,12 @@ inline constexpr double most_rms = 2.2;
 /// The share of seeds in which a departure must be named.
 inline constexpr double least_named = 0.9;
 
-/// Judges the answers to one departure, a seed each; deviations in standard uncertainties [1].
+/// A departure that moves a parameter by less than this share of its sd [1] moves nothing: the test is no case of it, as a dead band is
+/// nothing to an output that is never within it.
+inline constexpr double least_moved = 0.1;
+
+/// Judges the answers to one departure, a seed each; deviations in standard uncertainties [1]. Seeds in which it moves no parameter
+/// and nothing more is said than without it are passed over: they hold, and need not be named.
 ///
 /// Given     answers  of the tests with the departure
 ///           sound    of the same seeds without it

@@ -89,6 +89,17 @@ TEST(CellJudgement, EachThatCannotBeSeenLooksSoundOrIsNamed) {
   EXPECT_EQ(judge_cell(some, ten(1.0), gap, true).handling, Handling::silent);
 }
 
+// A dead band that the output is never in.
+TEST(CellJudgement, SeedsThatTheDepartureDoesNotMoveAreNoCasesOfIt) {
+  Answers answers = ten(50.0, {"gap"});
+  for (std::size_t i = 0; i < 3; ++i) answers[i] = {.deviations = {1.05}};
+  EXPECT_EQ(judge_cell(answers, ten(1.0), gap, false).handling, Handling::named);
+  answers[0].deviations = {1.2};  // 7 of 8 are named
+  EXPECT_EQ(judge_cell(answers, ten(1.0), gap, false).handling, Handling::silent);
+  answers[0] = {.deviations = {1.05}, .codes = {"outlier"}};
+  EXPECT_EQ(judge_cell(answers, ten(1.0), gap, false).handling, Handling::silent);
+}
+
 TEST(CellJudgement, SoundTestsThatAreAccusedAreCounted) {
   Answers sound = ten(1.0);
   sound[2].codes = {"gap", "jitter"};

@@ -39,6 +39,10 @@ std::vector<Option> options() {
           .between(0, 100)
           .otherwise("0 K")
           .says("standard uncertainty of the temperature, common to the test, in addition to that of the rig"),
+      quantity("self_heating", "K")
+          .between(0, 100)
+          .otherwise("0 K")
+          .says("by how much the thermometer in the unit is warmer than the set points, since the unit heats itself"),
       quantity("report_temperature", "degC")
           .otherwise("20 degC")
           .says("temperature of bias and scale_factor_error in the result; the nearest temperature of the test if it "

@@ -151,6 +151,7 @@ void complete(const Settings& settings, const Evidence* measured, Bench& bench) 
   bench.rows = linear::rows_of(bench.evidence, bench.problem);
   for (const auto& finding : bench.evidence.test.findings)
     if (!about_soak(bench, finding)) bench.findings.push_back(finding);
+  bench.self_heating = settings.number("self_heating");
   add_positions(measured, settings.number("averaging"), bench);
   drop_soaks(settings.number("same_temperature"), bench);
   if (measured) refuse_overflow(bench);

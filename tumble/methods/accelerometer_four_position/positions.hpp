@@ -67,6 +67,7 @@ struct Bench {
   double white = 0.0;                   ///< [(m/s^2)^2 s] white noise of the output, without the rounding to pulses
   double white_freedom = 0.0;
   bool measured_temperature = false;  ///< false: as the schedule commands
+  double self_heating = 0.0;          ///< [K] by which the unit is stated to be warmer than the set points
   Findings findings;
 };
 

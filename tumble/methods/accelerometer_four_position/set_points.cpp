@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/math/median.hpp"
 #include "tumble/math/square.hpp"
 
 namespace tumble::accelerometer_four_position {
@@ -27,8 +28,15 @@ std::vector<double> off_set_points(const Bench& bench) {
       sums[cell.group] += bench.positions[i].temperature - bench.positions[i].set_point;
       counts[cell.group] += 1.0;
     }
-  for (std::size_t g = 0; g < sums.size(); ++g) sums[g] /= std::max(counts[g], 1.0);
+  for (std::size_t g = 0; g < sums.size(); ++g) sums[g] = sums[g] / std::max(counts[g], 1.0) - bench.self_heating;
   return sums;
+}
+
+double offset_beside_set_points(const Bench& bench, double sd) {
+  const std::vector<double> off = off_set_points(bench);
+  if (off.empty()) return 0.0;
+  const double beyond = square(median(off)) - square(sd);
+  return beyond > square(sd) ? std::sqrt(beyond) : 0.0;
 }
 
 double scale_beside_set_points(const Bench& bench, double sd) {

@@ -90,6 +90,8 @@ std::vector<double> shift_by_temperature(const Bench& bench, const Stacked& all,
   return shift;
 }
 
+constexpr double usual_thermometer = 0.1;  ///< [K] of the offset of a thermometer where no rig states it
+
 }  // namespace
 
 void add_thermometer(const Bench& bench, const Stacked& all, const Design& design, const std::vector<double>& centred,
@@ -100,11 +102,13 @@ void add_thermometer(const Bench& bench, const Stacked& all, const Design& desig
   };
   if (sd > 0.0) add_errors("thermometer", [&](const Cell&) { return sd; });
   const Settings& rig = bench.evidence.test.power_ups.front().plan->rig;
-  const double stated = rig.has("thermometer_scale_sd") ? rig.number("thermometer_scale_sd") : 0.0;
-  const double scale = scale_beside_set_points(bench, stated), middle = design.centre;
-  if (scale > 0.0)
-    add_errors("thermometer against the set points",
-               [&](const Cell& cell) { return scale * (cell.temperature - middle); });
+  const auto stated = [&](const char* name, double usual) { return rig.has(name) ? rig.number(name) : usual; };
+  const double scale = scale_beside_set_points(bench, stated("thermometer_scale_sd", 0.0)), middle = design.centre;
+  const double offset =
+      offset_beside_set_points(bench, std::hypot(stated("thermometer_offset_sd", usual_thermometer), sd));
+  constexpr const char* against = "thermometer against the set points";
+  if (offset > 0.0) add_errors(against, [&](const Cell&) { return offset; });
+  if (scale > 0.0) add_errors(against, [&](const Cell& cell) { return scale * (cell.temperature - middle); });
 }
 
 }  // namespace tumble::accelerometer_four_position

@@ -174,25 +174,32 @@ void add_loop_lag(const Circumstances& around, const std::vector<Observation>& o
   add(lag_source, around, observations, lag, effects);
 }
 
-/// A loop that nobody stated: its lag, and what it takes from the amplitude, kappa (w T)^2/2 with kappa = 1 for a loop
-/// of first order, 0 for one of second order with a damping ratio of 0.7, and -1 with 0.5.
-void add_unstated_loop(const Circumstances& around, const std::vector<Observation>& observations,
-                       std::vector<Effect>& effects) {
+/// Lag that nobody stated takes kappa w^2 T (T + h)/2 from the amplitude: kappa = 1 for a low pass of first order, 0 for a loop of
+/// second order with a damping ratio of 0.7, and -1 with 0.5; h is the time between samples where a program is the low pass.
+void add_droop(const Circumstances& around, const std::vector<Observation>& observations, bool of_program,
+               std::vector<Effect>& effects) {
   constexpr double kappa_sd = 0.7;
   const Lag& lag = around.lag;
-  if (!lag.quantity) effects.push_back(lag_effect(around, observations, lag.sd));
-  if (lag.of_stamps) return;
-  const double square = lag.value * lag.value + lag.sd * lag.sd;
+  const double size = std::hypot(lag.value, lag.sd);
   Effect droop{"amplitude response of the loop", {}, {}, {}};
   for (const Observation& o : observations) {
     const Measured& m = around.measured[o.measured];
-    const double loss = -0.5 * kappa_sd * m.theta_rate() * m.theta_rate() * square, sigma = m.stretch->spin_up;
+    const double step = of_program ? m.of[around.output].step : 0.0, sigma = m.stretch->spin_up;
+    const double loss = -0.5 * kappa_sd * m.theta_rate() * m.theta_rate() * size * (size + step);
     const Complex shown = loss * o.raw / o.force;
     droop.value.emplace_back(shown.real(), -sigma * shown.imag());
     droop.second.push_back(4.0 * loss * o.second);
     droop.third.push_back(9.0 * loss * o.third);
   }
   if (!negligible(droop.value, observations)) effects.push_back(std::move(droop));
+}
+
+/// A loop that nobody stated, or one that the statement does not describe: its lag and its droop. The second may be a program too.
+void add_unstated_loop(const Circumstances& around, const std::vector<Observation>& observations,
+                       std::vector<Effect>& effects) {
+  const Lag& lag = around.lag;
+  if (!lag.quantity) effects.push_back(lag_effect(around, observations, lag.sd));
+  if (!lag.of_stamps) add_droop(around, observations, lag.contradicted && lag.filter.stages == 0, effects);
 }
 
 /// Each with the harmonics of all, weighted: the noise of a single one would feign a lag that it does not have.
@@ -305,7 +312,11 @@ std::vector<Effect> instrument_effects(const Circumstances& around, const std::v
   add_reference(around, observations, effects);
   if (around.lag.stated) add_loop_lag(around, observations, effects);
   add_doubt(around, observations, effects);
-  if (around.lag.doubtful) effects.push_back(lag_effect(around, with_mean_harmonics(observations), around.lag.sd));
+  if (around.lag.doubtful) {
+    const auto mean = with_mean_harmonics(observations);
+    effects.push_back(lag_effect(around, mean, around.lag.sd));
+    add_droop(around, mean, true, effects);
+  }
   if (!around.lag.stated || around.lag.contradicted) add_unstated_loop(around, observations, effects);
   return effects;
 }
