@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/checks/grain.hpp"
 #include "tumble/checks/support/each_channel.hpp"
-#include "tumble/checks/support/grain.hpp"
 #include "tumble/checks/support/signals.hpp"
 
 namespace tumble::checks::lost_by_value {

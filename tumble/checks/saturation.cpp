@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/checks/grain.hpp"
 #include "tumble/checks/support/each_channel.hpp"
-#include "tumble/checks/support/grain.hpp"
 #include "tumble/checks/support/signals.hpp"
 #include "tumble/checks/support/texture.hpp"
 #include "tumble/math/extremes.hpp"

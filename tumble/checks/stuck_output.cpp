@@ -2,8 +2,8 @@
 #include <cmath>
 
 #include "tumble/checks/check.hpp"
+#include "tumble/checks/grain.hpp"
 #include "tumble/checks/support/each_channel.hpp"
-#include "tumble/checks/support/grain.hpp"
 #include "tumble/checks/support/signals.hpp"
 #include "tumble/checks/support/texture.hpp"
 #include "tumble/math/extremes.hpp"

@@ -110,7 +110,7 @@ std::optional<CoarseOutput> coarse_output(const ConductedTest& test) {
   const double step = common_step(values);
   if (!(step > 0.0)) return {};
   const double noise = noise_of(values.squares / values.freedom / square(step));
-  return CoarseOutput{step, noise * step, std::sqrt(rounding_variance(noise)) * step};
+  return CoarseOutput{step, *values.all.begin(), noise * step, std::sqrt(rounding_variance(noise)) * step};
 }
 
 }  // namespace tumble

@@ -10,6 +10,7 @@ namespace tumble {
 /// An output whose steps are no smaller than its noise: means of many samples are still off by a part of a step.
 struct CoarseOutput {
   double step = 0.0;         ///< q [u]
+  double level = 0.0;        ///< [u] one of the values: the others are whole steps from it
   double noise = 0.0;        ///< s of a sample [u]
   double rounding_sd = 0.0;  ///< of a mean [u], over all places that its true value may have within a step
 };

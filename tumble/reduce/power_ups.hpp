@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,5 +26,12 @@ struct PowerUpValue {
 ///           unit    in which the change is shown
 /// Returned  a warning, or nothing
 Findings uneven_power_ups(const std::vector<PowerUpValue>& powers, const Matrix& design, const Unit& unit);
+
+/// The power-up that may not belong to the others: Student's t of it has p below 5 % among all. The scatter of a normal
+/// population is then one with it, or one without it.
+///
+/// Given     powers  [u]; design [n x p] as above
+/// Returned  its index in `powers`
+std::optional<std::size_t> doubtful_power_up(const std::vector<PowerUpValue>& powers, const Matrix& design);
 
 }  // namespace tumble

@@ -52,6 +52,17 @@ TEST(PowerUps, ChanceIsNeitherTrendNorOutlier) {
   EXPECT_LE(said, 8);  // 2 expected, p = 1e-3
 }
 
+TEST(PowerUps, OneInTwentySoundTestsHasADoubtfulOne) {
+  int doubtful = 0;
+  for (std::uint64_t seed = 1; seed <= 1000; ++seed) {
+    auto values = power_ups(9, seed);
+    doubtful += doubtful_power_up(values, constant_of(9)) ? 1 : 0;
+    values[2].value += si(20.0, "deg/h");
+    EXPECT_EQ(doubtful_power_up(values, constant_of(9)), 2u) << seed;
+  }
+  EXPECT_NEAR(doubtful, 50, 25);
+}
+
 // Means that agree by chance far within their own noise do not make the next one an outlier.
 TEST(PowerUps, TheNoiseOfEachIsTheLeastScatter) {
   std::vector<PowerUpValue> values{

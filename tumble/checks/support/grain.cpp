@@ -1,4 +1,4 @@
-#include "tumble/checks/support/grain.hpp"
+#include "tumble/checks/grain.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,8 @@
 
 #include "tumble/math/median.hpp"
 
-namespace tumble::support {
+namespace tumble {
+namespace support {
 
 namespace {
 
@@ -87,8 +88,10 @@ bool is_common(double step, const Changes& changes) {
 }
 
 }  // namespace
+}  // namespace support
 
 Grain grain_of(std::span<const double> values) {
+  using namespace support;
   Changes changes;
   std::vector<double> variances;
   const std::size_t blocks = std::clamp<std::size_t>(values.size() / block, 1, most_blocks);
@@ -110,7 +113,8 @@ Grain grain_of(std::span<const double> values) {
 }
 
 bool is_coarse(const Grain& grain) {
+  using namespace support;
   return grain.step > 0.0 && grain.scatter * grain.scatter < coarse * grain.step * grain.step;
 }
 
-}  // namespace tumble::support
+}  // namespace tumble

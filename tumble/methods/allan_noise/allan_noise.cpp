@@ -14,6 +14,7 @@
 #include "tumble/methods/allan_noise/lines.hpp"
 #include "tumble/methods/allan_noise/outliers.hpp"
 #include "tumble/methods/allan_noise/periodic.hpp"
+#include "tumble/methods/allan_noise/rounding.hpp"
 #include "tumble/methods/allan_noise/settling.hpp"
 #include "tumble/methods/allan_noise/slow_courses.hpp"
 #include "tumble/methods/allan_noise/spectrum.hpp"
@@ -238,6 +239,7 @@ ChannelNoise analyse(const ChannelRun& stretch, const Channel* thermometer, cons
     fit_terms(signal, settings, result);
     const auto level =
         without_temperature(warmth_beside(stretch, thermometer, settings, signal), settings, before, signal, result);
+    if (settings.word("data") == "rate") take_rounding_out(signal.values, result);
     if (result.likelihood && !result.outliers.empty()) add_robust_terms(level ? *level : signal, settings, result);
     add_family(signal, settings, result);
     add_all_taus(signal, settings, result);

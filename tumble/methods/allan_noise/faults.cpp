@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/math/bisection.hpp"
+#include "tumble/math/square.hpp"
 #include "tumble/units/constants.hpp"
 
 namespace tumble::allan_noise {
@@ -15,7 +17,42 @@ using Severity = Finding::Severity;
 constexpr double step_to_difference = 1.3, step_to_sd = 1.75;
 constexpr double step_rounding = 1e-9;  ///< [1] of a value: a smaller step comes from the arithmetic of the file
 
+/// Octaves of white noise between the slow terms and a filter, below which flicker among them cannot be separated from the
+/// filter: of four, flicker that is a quarter of the white noise in their middle is half of it at their lower end and an eighth
+/// at the upper one, as the edge of a filter of unknown shape is.
+constexpr double least_octaves = 4.0;
+
+/// Density [u^2 samples] of the terms that are slower than white noise at w [rad/sample].
+double slow_density(const NoiseFit& fit, double w) {
+  double sum = 0.0;
+  for (const FittedTerm& term : fit.terms) {
+    if (!term.kept) continue;
+    const double time = term.unit.markov_time;
+    if (term.unit.term == NoiseTerm::flicker) sum += term.squared / w;
+    if (term.unit.term == NoiseTerm::random_walk) sum += term.squared / (w * w);
+    if (term.unit.term == NoiseTerm::markov) sum += 2.0 * term.squared * time / (1.0 + square(w * time));
+  }
+  return sum;
+}
+
 }  // namespace
+
+Findings filter_near_slow_terms(const ChannelNoise& channel) {
+  const NoiseFit& fit = channel.fit;
+  const auto white = std::ranges::find(fit.terms, NoiseTerm::white, [](const FittedTerm& t) { return t.unit.term; });
+  if (!fit.filter.given() || white == fit.terms.end() || !white->kept) return {};
+  constexpr int halvings = 50;
+  const double octaves = bisected(0.0, least_octaves, halvings, [&](double below) {
+                           return slow_density(fit, two_pi * fit.filter.bandwidth * std::exp2(-below)) < white->squared;
+                         }).low;
+  if (slow_density(fit, two_pi * fit.filter.bandwidth * std::exp2(-least_octaves)) < white->squared) return {};
+  return {{Severity::warning,
+           "filter_near_slow_terms",
+           {{"bandwidth", fit.filter.bandwidth * channel.rate, "Hz"},
+            {"octaves", octaves},
+            {"term", words(NoiseTerm::white, channel.kind).name}},
+           channel.label}};
+}
 
 Findings coarse_output(std::span<const double> values, const std::string& label) {
   constexpr std::size_t block = 32;

@@ -23,4 +23,8 @@ Findings times_at_bound(const ChannelNoise& channel);
 /// beside it.
 Findings process_like_filter(const ChannelNoise& channel);
 
+/// A finding where the noise falls as behind a filter so near to the slower terms that flicker and the edge of the filter, whose
+/// shape nobody has stated, are one for the fit.
+Findings filter_near_slow_terms(const ChannelNoise& channel);
+
 }  // namespace tumble::allan_noise

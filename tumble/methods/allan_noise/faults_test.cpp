@@ -46,6 +46,52 @@ TEST(CoarseOutput, IsSaidFromThreeStandardDeviationsOn) {
   }
 }
 
+// Steps of one standard deviation add a twelfth to the variance of the samples: 4 % of the random walk, 8 sd of it.
+TEST(RoundedRecord, ItsRandomWalkIsThatBeforeTheRounding) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const auto fine = noise_and_walk(40000, 0.001, seed);
+    auto coarse = fine;
+    for (double& value : coarse) value = std::round(value);
+    const Estimate before = identify_noise(noise_evidence(fine, fault_rate)),
+                   after = identify_noise(noise_evidence(coarse, fault_rate));
+    const double walk = value(before, "gyro.x.angle_random_walk");
+    EXPECT_NEAR(value(after, "gyro.x.angle_random_walk"), walk, 0.01 * walk) << seed;
+    EXPECT_TRUE(has_finding(after.findings, "rounding_taken_out")) << seed;
+    EXPECT_FALSE(has_finding(before.findings, "rounding_taken_out")) << seed;
+  }
+}
+
+// A counter passes the rest on to the next sample: its rounding is quantization, and no part of the random walk.
+TEST(RoundedRecord, WhatACounterPassesOnStaysInTheRandomWalk) {
+  auto counted = noise_and_walk(40000, 0.001, 1);
+  double rest = 0.0;
+  for (double& value : counted) {
+    const double whole = std::round(value + rest);
+    rest += value - whole;
+    value = whole;
+  }
+  const Estimate estimate = identify_noise(noise_evidence(counted, fault_rate));
+  EXPECT_FALSE(has_finding(estimate.findings, "rounding_taken_out"));
+  EXPECT_NEAR(value(estimate, "gyro.x.angle_random_walk"), 0.1, 0.002);
+}
+
+TEST(FilterNearSlowTerms, IsSaidWhereTheWhiteNoiseIsShort) {
+  const auto said = [](double walk, double lag) {
+    ChannelNoise channel;
+    channel.rate = fault_rate;
+    channel.fit.terms = {{{NoiseTerm::white}}, {{NoiseTerm::random_walk}}};
+    channel.fit.terms[0].kept = channel.fit.terms[1].kept = true;
+    channel.fit.terms[0].squared = 1.0;
+    channel.fit.terms[1].squared = walk * walk;
+    channel.fit.filter = {FilterShape::first_order, 1.0 / (6.2832 * lag), 0.0};
+    return filter_near_slow_terms(channel);
+  };
+  // the walk is as great as white noise of one at `walk` rad a sample, the filter begins at 1/lag
+  EXPECT_TRUE(said(0.01, 5.0).empty());
+  ASSERT_EQ(said(0.01, 10.0).size(), 1u);
+  EXPECT_NEAR(std::get<double>(said(0.01, 10.0)[0].values[1].value), std::log2(10.0), 0.01);
+}
+
 TEST(UnevenBias, NothingIsSaidOfConstantNoise) {
   const NoiseModel models[] = {{.angle_random_walk = 0.1},
                                {.rate_random_walk = 1.0},

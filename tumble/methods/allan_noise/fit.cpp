@@ -112,7 +112,7 @@ void conclude(NoiseBands bands, const std::vector<SpectralLine>& avoided, double
   take_warm_up(bands, avoided, begin, options_of(settings, result.rate), result);
   const Findings changes = changes_along(bands, begin, result.rate, result.label);
   for (const Findings& some : {changes, uneven_bias(bands, begin, result.rate, rate_unit(result.kind), result.label),
-                               times_at_bound(result), process_like_filter(result)})
+                               times_at_bound(result), process_like_filter(result), filter_near_slow_terms(result)})
     result.findings.insert(result.findings.end(), some.begin(), some.end());
   result.advice = advice(result, bands, settings.number("wanted_sd"));
 }

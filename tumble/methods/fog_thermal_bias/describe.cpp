@@ -92,11 +92,12 @@ void append_turn_on(Estimate& estimate, const LevelFit& levels) {
     estimate.findings.back().hidden = {{"turn_on_repeatability"}};
     return;
   }
+  SdInterval interval = interval_of_excess_sd(total, freedom, noise, infinity);
+  interval.lower = std::fmin(interval.lower, levels.least_turn_on);
   append_sd(estimate,
             {"turn_on_repeatability", "s_on", Unit::parse("deg/h"), std::sqrt(own),
              "standard deviation of a run's level about the polynomial in the start temperature", freedom},
-            scatter_source, total * total / (2.0 * freedom * own),
-            interval_of_excess_sd(total, freedom, noise, infinity));
+            scatter_source, total * total / (2.0 * freedom * own), interval);
 }
 
 /// Coefficients and, where there is one, the polynomial of the levels, whose errors share those of the coefficients.

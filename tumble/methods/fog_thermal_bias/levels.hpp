@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "tumble/methods/fog_thermal_bias/fit.hpp"
@@ -21,6 +22,9 @@ struct LevelFit {
   double turn_on_variance = 0.0;           ///< of d_r [(rad/s)^2]
   double noise_variance = 0.0;             ///< mean of that of the levels by everything else [(rad/s)^2]
   double total_freedom = 0.0;              ///< of the sum of the two
+  /// [rad/s] lower end of the 95 % interval of the sd of d_r, where one run may not belong to the others and is not counted;
+  /// NaN: all belong together.
+  double least_turn_on = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Generalised least squares with the covariance of the levels: that of the coefficients is common to all runs.

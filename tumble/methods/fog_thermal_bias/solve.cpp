@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "tumble/math/linear_algebra.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/methods/fog_thermal_bias/beside_model.hpp"
 #include "tumble/methods/fog_thermal_bias/uneven_runs.hpp"
 #include "tumble/reduce/power_ups.hpp"
@@ -232,33 +233,60 @@ std::size_t powers_of_start(const Settings& settings) {
   return static_cast<std::size_t>(settings.integer("start_temperature_power")) + 1;
 }
 
-LevelFit levels_of(const Answer& answer, const Factors& factors, const std::vector<std::size_t>& factorised,
-                   const Settings& settings, double known_turn_on = -1.0) {
+LevelFit fit_of(const LevelsOfRuns& of, const Answer& answer, const Settings& settings, double known_turn_on = -1.0) {
   const std::size_t powers = powers_of_start(settings);
-  const LevelsOfRuns of = levels_with_data(answer, factors, factorised, settings);
   if (of.levels.size() < powers + 2) return {};
   return fit_levels(of.levels, answer.fit.parameters, answer.fit.covariance, of.starts, powers, answer.fit.inflation,
                     known_turn_on);
 }
 
-/// Whether the levels change from power-up to power-up otherwise than by chance and by their start temperature.
-Findings uneven_levels(const Answer& answer, const Factors& factors, const std::vector<std::size_t>& factorised,
-                       const Settings& settings) {
-  const LevelsOfRuns of = levels_with_data(answer, factors, factorised, settings);
+/// The levels without what the coefficients explain, and the powers of their start temperatures.
+struct PowerUps {
+  std::vector<PowerUpValue> values;
+  Matrix design;
+};
+
+PowerUps power_ups_of(const LevelsOfRuns& of, const Answer& answer, const Settings& settings) {
   const std::size_t powers = powers_of_start(settings);
   std::vector<int> numbers;
   for (const RunData& run : answer.runs)
     if (!run.held_out) numbers.push_back(run.number);
-  std::vector<PowerUpValue> values;
-  Matrix design(of.levels.size(), powers);
+  PowerUps out{{}, Matrix(of.levels.size(), powers)};
   for (std::size_t k = 0; k < of.levels.size(); ++k) {
     const RunLevel& level = of.levels[k];
     const double known = level.variance + quadratic_form(level.regressors, answer.fit.covariance);
-    values.push_back({fmt::format("run {}", numbers[of.which[k]]),
-                      level.output - dot(level.regressors, answer.fit.parameters), known});
-    for (std::size_t j = 0; j < powers; ++j) design(k, j) = std::pow(of.starts[k], static_cast<double>(j));
+    out.values.push_back({fmt::format("run {}", numbers[of.which[k]]),
+                          level.output - dot(level.regressors, answer.fit.parameters), known});
+    for (std::size_t j = 0; j < powers; ++j) out.design(k, j) = std::pow(of.starts[k], static_cast<double>(j));
   }
-  return uneven_power_ups(values, design, Unit::parse("deg/h"));
+  return out;
+}
+
+/// See LevelFit::least_turn_on.
+double least_turn_on(LevelsOfRuns of, const PowerUps& power_ups, const Answer& answer, const Settings& settings) {
+  const auto which = doubtful_power_up(power_ups.values, power_ups.design);
+  if (!which) return std::nan("");
+  const auto place = static_cast<std::ptrdiff_t>(*which);
+  of.levels.erase(of.levels.begin() + place);
+  of.starts.erase(of.starts.begin() + place);
+  const LevelFit rest = fit_of(of, answer, settings);
+  if (rest.bias.empty()) return std::nan("");
+  if (!(rest.turn_on_variance > 0.0)) return 0.0;
+  return interval_of_excess_sd(rest.turn_on_variance + rest.noise_variance, rest.total_freedom, rest.noise_variance,
+                               std::numeric_limits<double>::infinity())
+      .lower;
+}
+
+/// The fit of the levels, and whether they change from power-up to power-up otherwise than by chance and by their start
+/// temperature.
+void add_levels(const Factors& factors, const std::vector<std::size_t>& factorised, const Settings& settings,
+                Answer& answer) {
+  const LevelsOfRuns of = levels_with_data(answer, factors, factorised, settings);
+  const PowerUps power_ups = power_ups_of(of, answer, settings);
+  answer.levels = fit_of(of, answer, settings);
+  answer.levels.least_turn_on = least_turn_on(of, power_ups, answer, settings);
+  for (Finding& one : uneven_power_ups(power_ups.values, power_ups.design, Unit::parse("deg/h")))
+    answer.uneven.push_back(std::move(one));
 }
 
 bool shows_gradient(const std::vector<RunData>& runs) {
@@ -305,9 +333,8 @@ Answer solve(const Evidence& evidence, const std::vector<Term>& terms, double la
   answer.largest = largest_supported(answer.candidates, answer.chosen);
   fit_answer(answer, factors, factorised, settings, names);
   answer.misfit = misfits_of(factors, factorised, answer, departures, terms.size());
-  answer.levels = levels_of(answer, factors, factorised, settings);
-  for (const Findings& some : {uneven_levels(answer, factors, factorised, settings), uneven_runs(answer, interval),
-                               beside_model(answer, interval)})
+  add_levels(factors, factorised, settings, answer);
+  for (const Findings& some : {uneven_runs(answer, interval), beside_model(answer, interval)})
     answer.uneven.insert(answer.uneven.end(), some.begin(), some.end());
   const auto& columns = answer.columns;
   answer.degrees_of_freedom = degrees_of_freedom(likelihood, most_likely, [&](const NoiseModel& noise) {
@@ -333,7 +360,8 @@ std::vector<double> shift_by_lag(const Evidence& evidence, const std::vector<Ter
   other.fit.parameters = placed(fit.parameters, chosen, answer.columns);
   std::vector<double> shift = difference(other.fit.parameters, answer.fit.parameters);
   if (answer.levels.bias.empty()) return shift;
-  const LevelFit levels = levels_of(other, factors, answer.columns, settings, answer.levels.turn_on_variance);
+  const LevelFit levels = fit_of(levels_with_data(other, factors, answer.columns, settings), other, settings,
+                                 answer.levels.turn_on_variance);
   for (std::size_t j = 0; j < answer.levels.bias.size(); ++j)
     shift.push_back(levels.bias.empty() ? 0.0 : levels.bias[j] - answer.levels.bias[j]);
   return shift;

@@ -181,6 +181,7 @@ TEST(GyroScaleFactor, ThresholdBetweenTheRatesTried) {
   Bench bench;
   bench.rates = {-100, -50, -0.5, -0.2, -0.1, -0.05, -0.02, 0, 0.02, 0.05, 0.1, 0.2, 0.5, 50, 100};
   bench.output = [](double w) { return std::abs(w) < si(0.07, "deg/s") ? 0.0 : 2.0 * w; };
+  bench.noise = 1e-6;  // without it the values are those of a converter with steps of 0.02 deg/s
   const Estimate estimate = method().identify(bench.evidence(), {});
   EXPECT_NEAR(value(estimate, "threshold"), si(0.075, "deg/s"), si(0.001, "deg/s"));
   EXPECT_NEAR(sd_of(estimate, "threshold"), si(0.025, "deg/s") / std::sqrt(3.0), si(0.001, "deg/s"));
@@ -272,6 +273,25 @@ TEST(GyroScaleFactor, ACoarseOutputIsNotClippedAndItsErrorIsIncluded) {
 }
 
 // The largest tenth is lost: 100 deg/s whole, and of 50 deg/s what noise carries upward.
+// Steps of ten times the noise, at rates that are multiples of one another: the errors of rounding go together, and three sd as
+// large as independent ones were in the bias.
+TEST(GyroScaleFactor, RoundingAtRatesThatAreMultiplesIsInTheIntervals) {
+  constexpr std::size_t tests = 40;
+  double squares = 0.0;
+  for (std::uint64_t seed = 1; seed <= tests; ++seed) {
+    Trial trial = trial_of(method(), seed);
+    const double step = 4e-4 * (1.0 + 0.1 * RandomStream(seed).uniform(0));
+    for (Channel& channel : trial.evidence.recordings[0].channels)
+      if (channel.name == "gyro")
+        for (double& v : channel.values) v = step * std::round(v / step);
+    const Estimate estimate = method().identify(trial.evidence, {});
+    const double bias = std::ranges::find(trial.truth, "bias", &std::pair<std::string, double>::first)->second;
+    squares += std::pow((value(estimate, "bias") - bias) / sd_of(estimate, "bias"), 2) / tests;
+  }
+  EXPECT_LT(std::sqrt(squares), 1.6);
+  EXPECT_GT(std::sqrt(squares), 0.5);
+}
+
 TEST(GyroScaleFactor, ValuesThatDecidedAboutTheirLossAreSaid) {
   Bench bench;
   bench.noise = 1e-3;

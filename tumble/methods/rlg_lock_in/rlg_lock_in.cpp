@@ -6,6 +6,7 @@
 #include "tumble/methods/rlg_lock_in/departures.hpp"
 #include "tumble/methods/rlg_lock_in/random_walk.hpp"
 #include "tumble/methods/rlg_lock_in/report.hpp"
+#include "tumble/methods/rlg_lock_in/small_counts.hpp"
 #include "tumble/models/lock_zones.hpp"
 #include "tumble/models/sagnac.hpp"
 #include "tumble/units/error.hpp"
@@ -83,6 +84,7 @@ Estimate identify(const Evidence& evidence, const Progress& progress) {
   const Sweep sweep = sweep_of(evidence);
   Answer answer;
   answer.findings = sweep.findings;
+  for (Finding& one : small_counts_lost(sweep, settings.integer("edges"))) answer.findings.push_back(std::move(one));
   const bool moving = std::ranges::any_of(sweep.points, [](const Point& point) { return point.moving; });
   if (any(sweep, false) || moving || !settings.has("scale_factor")) {
     answer.band = fit_dead_band(sweep, dead_band_options(settings));

@@ -300,5 +300,25 @@ TEST(BeatWalk, SubtractsTheDitherThatIsLeft) {
   EXPECT_NEAR(std::sqrt(found.squared) / walk, 1.0, 0.03);
 }
 
+/// Counts of one that the output does not pass, in one of the recordings or in all.
+Estimate without_ones(std::uint64_t seed, std::size_t first) {
+  Evidence evidence = trial(seed).evidence;
+  for (std::size_t r = first; r < evidence.recordings.size(); ++r)
+    for (Channel& channel : evidence.recordings[r].channels)
+      if (channel.name == "gyro")
+        for (double& count : channel.values) count = std::abs(count) <= 1.0 ? 0.0 : count;
+  return method().identify(evidence, {});
+}
+
+TEST(RlgLockIn, SmallCountsThatAreLostWithTheDitherAreSaid) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    EXPECT_FALSE(has_finding(method().identify(trial(seed).evidence, {}).findings, "small_counts_lost")) << seed;
+    EXPECT_GT(value(without_ones(seed, 0), "angle_random_walk_from_lock_in"),
+              1.4 * value(method().identify(trial(seed).evidence, {}), "angle_random_walk_from_lock_in"));
+  }
+  EXPECT_TRUE(has_finding(without_ones(1, 0).findings, "small_counts_lost"));
+  EXPECT_TRUE(has_finding(without_ones(2, 1).findings, "small_counts_lost"));
+}
+
 }  // namespace
 }  // namespace tumble::methods::rlg_lock_in_test

@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 #include <span>
 
 #include "tumble/math/linear_algebra.hpp"
 #include "tumble/reduce/coarse_output.hpp"
 #include "tumble/reduce/linear/missing.hpp"
 #include "tumble/reduce/linear/rest_noise.hpp"
+#include "tumble/reduce/linear/rounding.hpp"
 #include "tumble/reduce/linear/rows.hpp"
 #include "tumble/reduce/linear/slow.hpp"
 #include "tumble/reduce/linear/words.hpp"
@@ -69,7 +69,7 @@ void fill_segments(Work& work, const std::vector<double>& predicted) {
   segments = work.rows.segments;
   const double white = work.solution.fit.white_variance;
   for (std::size_t g = 0; g < segments.size(); ++g) {
-    const double rounding = work.evidence.uniform(g) ? work.rounding_sd : 0.0;
+    const double rounding = !work.rounded.empty() && work.rounded[g] ? work.rounding_sd : 0.0;
     segments[g].predicted = 0.0;
     segments[g].rounding = rounding;
     segments[g].sd = std::hypot(std::sqrt(white / segments[g].duration), rounding);
@@ -164,47 +164,13 @@ bool counts_unknown_pulses(const Evidence& evidence, const Problem& problem) {
   return !(problem.pulse > 0.0) && channel && channel->kind == QuantityKind::count;
 }
 
-/// The value that all samples of a stretch have; NaN: they differ.
-double only_value(const Stretch& stretch) {
-  double only = std::nan("");
-  for (const double v : stretch.values) {
-    if (std::isnan(v) || v == only) continue;
-    if (!std::isnan(only)) return std::nan("");
-    only = v;
-  }
-  return only;
-}
-
-/// Rounding to steps moves the means: that of each segment by itself, and alike those of all that show one and the same value
-/// throughout: their true values lie within one step, on one side of its middle perhaps.
-std::vector<KnownEffect> rounding_effects(const Work& work, double sd) {
-  const std::size_t rows = work.rows.segment.size();
-  KnownEffect own{rounding_source, std::vector<double>(rows, 0.0), true};
-  std::map<double, std::vector<double>> alike;
-  std::map<double, std::set<std::size_t>> segments;
-  for (std::size_t i = 0; i < rows; ++i) {
-    const std::size_t g = work.rows.segment[i];
-    if (!work.evidence.uniform(g)) continue;
-    own.column[i] = sd;
-    const double value = only_value(work.evidence.test.stretches[g]);
-    if (std::isnan(value)) continue;
-    segments[value].insert(g);
-    alike.try_emplace(value, rows, 0.0).first->second[i] = sd;
-  }
-  std::vector<KnownEffect> effects;
-  for (auto& [value, column] : alike)
-    if (segments[value].size() > 1) effects.push_back({rounding_source, std::move(column)});
-  effects.push_back(std::move(own));
-  return effects;
-}
-
 /// The rounding of a coarse output moves the mean of each segment.
 void add_rounding(const Evidence& evidence, const Problem& problem, Work& work) {
   if (!rounds_samples(evidence, problem)) return;
   const auto coarse = coarse_output(work.evidence.test);
   if (!coarse || coarse->rounding_sd < least_rounding * coarse->step) return;
-  for (KnownEffect& effect : rounding_effects(work, coarse->rounding_sd))
-    work.data.effects.push_back(std::move(effect));
+  work.rounded = rounded_alike(work, coarse->step);
+  for (KnownEffect& effect : rounding_effects(work, *coarse)) work.data.effects.push_back(std::move(effect));
   work.rounding_sd = coarse->rounding_sd;
   work.solution.findings.push_back({Finding::Severity::info,
                                     "rounding_moves_means",

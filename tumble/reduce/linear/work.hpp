@@ -15,8 +15,9 @@ struct Work {
   std::vector<double> coefficients = {};  ///< [SI] of all columns, on which the effects of the rig's errors depend
   KnownEffect counting = {};              ///< of whole pulses
   MixedData data = {};
-  Solution solution = {};    ///< of this output alone
-  double rounding_sd = 0.0;  ///< [SI] of the mean of a segment at rest, by the steps of a coarse output
+  Solution solution = {};          ///< of this output alone
+  double rounding_sd = 0.0;        ///< [SI] of the mean of a segment, by the steps of a coarse output
+  std::vector<bool> rounded = {};  ///< segments that are off by it
 };
 
 /// The columns and coefficients of one output from its rows, before the effects of the errors of the rig are known.

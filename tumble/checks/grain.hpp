@@ -2,7 +2,7 @@
 
 #include <span>
 
-namespace tumble::support {
+namespace tumble {
 
 /// The steps of an output, and what of a sample its neighbours do not predict.
 struct Grain {
@@ -23,4 +23,4 @@ Grain grain_of(std::span<const double> values);
 /// many samples they have, where the noise is less than 0.4 steps (Widrow and Kollar, Quantization Noise, chapter 4).
 bool is_coarse(const Grain& grain);
 
-}  // namespace tumble::support
+}  // namespace tumble
