@@ -123,7 +123,10 @@ Compared compared(const std::string& name, Plan plan, std::size_t first, std::si
   double least = INFINITY, most = 0.0;
   std::size_t outside = 0, not_drawn = 0;
   for (const auto& row : rows) {
-    if (row.not_drawn() && ++not_drawn > 0) continue;
+    if (row.not_drawn()) {
+      ++not_drawn;
+      continue;
+    }
     least = std::min(least, row.ratio()), most = std::max(most, row.ratio());
     if (!row.outside()) continue;
     ++outside;
