@@ -213,7 +213,7 @@ class Dask:
     def lacks(self) -> str:
         """The scheduler, or workers."""
         if self._client.status in ("closing", "closed"):
-            raise GoneError(f"the scheduler at {self._address} is gone")
+            raise GoneError(f"the scheduler at {self._address} has ended")
         silent = f"the scheduler at {self._address}, which does not answer"
         if self._client.status != "running":
             return silent

@@ -51,7 +51,7 @@ def run(
 
     A run that was interrupted goes on where it ended: what is done is not computed again, for any executor. A recording
     that cannot be reduced is a row with its error; so is one that ends its worker, and one to which a run has not come
-    because the cluster was gone: then there is a TumbleWarning, and the same call goes on.
+    because the cluster had ended: then there is a TumbleWarning, and the same call goes on.
 
     Given     plan          a Plan, the path of one, or the name of a method that needs none
               recordings    paths, patterns such as "data/*.h5", folders, a dict from serial number to path
