@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "readers.hpp"
+#include "services.hpp"
 #include "tumble/formats/atomic_file.hpp"
 #include "tumble/report/figure.hpp"
 #include "tumble/report/report.hpp"
@@ -184,7 +185,8 @@ Recording small_recording() {
 std::vector<std::string> target_names() {
   std::vector<std::string> names;
   for (const Format* format : format_catalogue()) names.emplace_back(format->name);
-  for (const char* name : {"controller", "controller_bytes", "declaration", "frame_stream", "plan", "result"})
+  for (const char* name : {"archive", "controller", "controller_bytes", "declaration", "frame_stream", "plan", "result",
+                           "route", "station"})
     names.emplace_back(name);
   return names;
 }
@@ -194,6 +196,9 @@ std::string run_target(const std::string& name, std::string_view bytes, const st
     write_bytes(bytes, path);
     return read_hostile_as(*format, path, some_options(bytes.size()));
   }
+  if (name == "archive") return run_archive(bytes, path);
+  if (name == "route") return run_route(bytes, path);
+  if (name == "station") return run_station(bytes);
   if (name == "controller") return run_controller(bytes);
   if (name == "controller_bytes") return run_controller_bytes(bytes);
   if (name == "declaration") return run_declaration(bytes);
@@ -220,6 +225,9 @@ std::vector<std::string> seeds_of(const std::string& name, const std::string& ro
   if (name == "declaration") add_small_files(fs::path(root) / "instruments", files);
   if (name == "controller") add_small_files(fs::path(root) / "controllers", files);
   if (name == "plan") add_small_files(fs::path(root) / "plans", files);
+  if (name == "station") add_small_files(fs::path(root) / "stations", files);
+  if (name == "route") return seeds_of_routes();
+  if (name == "archive") return seeds_of_archives(path);
   if (name == "result") {
     add_small_files(fs::path(root) / "tests", files);
     std::erase_if(files, [](const fs::path& file) { return file.extension() != ".json"; });

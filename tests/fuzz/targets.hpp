@@ -7,8 +7,8 @@
 namespace tumble::fuzz {
 
 /// What can be given hostile bytes: each format of the catalogue by its name; "declaration", a declaration of frames,
-/// and "frame_stream", bytes for the shipped ones; "controller" and "controller_bytes", the same of controllers; "plan"
-/// and "result".
+/// and "frame_stream", bytes for the shipped ones; "controller" and "controller_bytes", the same of controllers; "plan",
+/// "result" and "station"; "route", a request to the workbench; "archive", the database of an archive.
 std::vector<std::string> target_names();
 
 /// Gives `bytes` to a target; `path` is a file to write them to.

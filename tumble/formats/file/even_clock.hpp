@@ -9,6 +9,9 @@
 
 namespace tumble::file {
 
+/// [s] 30 000 years: a step that a file states and that no instrument has.
+inline constexpr double longest_step = 1e12;
+
 /// The rate [Hz] with the fewest digits, itself or its inverse, of all those with 1/rate between low and high [s].
 double plainest_rate(double low, double high);
 

@@ -247,8 +247,9 @@ void Reader::take_row(std::string_view line, std::size_t number) {
       problems_.add(number, say("'{}' is not a time", csv::plain_text(parts[channel.x], 40)));
     if (channel.y >= parts.size() || parts[channel.y].empty()) continue;  // a channel with fewer samples
     ++present;
-    if (!timed && !(channel.step > 0.0))
-      problems_.add(number, say("channel '{}' has neither an X value nor Delta_X", csv::plain_text(signal.name, 40)));
+    if (!timed && !(channel.step > 0.0 && channel.step < file::longest_step))
+      problems_.add(number, say("channel '{}' has neither an X value nor a Delta_X that can be",
+                                csv::plain_text(signal.name, 40)));
     if (!file::number_of(parts[channel.y], mark_, value)) {
       value = std::nan("");
       if (!csv::reads_like_missing(parts[channel.y]))

@@ -174,7 +174,7 @@ void Reader::take_head(std::size_t number) {
   if (set.count < 0) refuse(number - 4, "record 7 of dataset 58 has no number of samples");
   std::vector<double> numbers;
   const bool good = form.size() > 30 && numbers_in(form.substr(30), numbers) && numbers.size() >= 2;
-  if (set.even && (!good || !(numbers[1] > 0.0)))
+  if (set.even && (!good || !(numbers[1] > 0.0) || !(numbers[1] < file::longest_step)))
     refuse(number - 4, "record 7 of dataset 58 has no spacing of the abscissa");
   if (good) {
     set.start = numbers[0];
