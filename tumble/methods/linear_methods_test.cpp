@@ -346,6 +346,27 @@ TEST(Linear, AStatedBiasInstabilityFarTooSmallIsSaid) {
   EXPECT_FALSE(says_so(300.0));
 }
 
+// By chance the likelihood finds much flicker in these tests, most of it shared by all segments: they differ by no more
+// than was stated.
+TEST(Linear, AStatedBiasInstabilityThatIsTrueIsNotDoubted) {
+  for (const std::uint64_t seed : {1003, 1008, 1094}) {
+    const Trial trial = trial_of(find_method("rlg_north_finder"), seed);
+    EXPECT_FALSE(
+        has_finding(find_method("rlg_north_finder").identify(trial.evidence, {}).findings, "more_drift_than_stated"))
+        << seed;
+  }
+}
+
+// Four averages a segment: the variances within most halves of segments are small by chance in these tests.
+TEST(Linear, ShortSegmentsThatAreSettledAreNotAccused) {
+  for (const std::uint64_t seed : {1069, 1076}) {
+    const Trial trial = trial_of(find_method("imu_turntable"), seed);
+    EXPECT_FALSE(
+        has_finding(find_method("imu_turntable").identify(trial.evidence, {}).findings, "segments_begin_unsettled"))
+        << seed;
+  }
+}
+
 /// The findings of a trial whose output has been changed.
 Findings findings_with(const char* method,
                        const std::function<void(std::vector<double>& values, double step)>& change) {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tumble/math/linear_algebra.hpp"
@@ -11,6 +11,7 @@
 #include "tumble/math/square.hpp"
 #include "tumble/math/vector3.hpp"
 #include "tumble/reduce/linear/boundaries.hpp"
+#include "tumble/reduce/linear/segment_means.hpp"
 #include "tumble/reduce/linear/words.hpp"
 #include "tumble/reduce/linear/work.hpp"
 
@@ -23,70 +24,15 @@ constexpr double beyond_stated = 5.0;        ///< [sd] as stated of an error of 
 
 constexpr double rare = 1e-5;  ///< chance that a sound test gives a finding, of each kind
 
-/// The means over the segments at rest, as a regression.
-struct RestingMeans {
-  std::vector<std::size_t> segments;  ///< indices of the stretches
-  Matrix design;                      ///< one row each
-  std::vector<double> output;         ///< without the input [SI]
-  std::vector<double> time;           ///< [s] since power-on, middle
-  std::vector<double> duration;       ///< [s]
-  Matrix effects;                     ///< of the known effects, one column each [SI]
-  Matrix covariance;                  ///< [SI^2]
-};
-
-/// Row of each stretch among those at rest; none: it moves.
-std::vector<std::optional<std::size_t>> rows_of_stretches(const Work& work, RestingMeans& means) {
-  std::vector<std::optional<std::size_t>> row(work.solution.segments.size());
-  for (std::size_t g = 0; g < row.size(); ++g) {
-    if (!work.solution.segments[g].steady) continue;
-    row[g] = means.segments.size();
-    means.segments.push_back(g);
-  }
-  return row;
-}
-
-void add_covariance(const Work& work, RestingMeans& means) {
-  const MixedFit& fit = work.solution.fit;
-  const std::size_t n = means.segments.size();
-  means.covariance = Matrix(n, n);
-  for (std::size_t a = 0; a < n; ++a) {
-    means.covariance(a, a) = fit.white_variance / means.duration[a];
-    for (std::size_t c = 0; c < work.data.slow.size(); ++c)
-      for (std::size_t b = 0; b < n; ++b)
-        means.covariance(a, b) += fit.slow_variance[c] * work.data.slow[c].kernel(means.segments[a], means.segments[b]);
-  }
-  for (std::size_t k = 0; k < work.data.effects.size(); ++k)
-    for (std::size_t a = 0; a < n; ++a)
-      for (std::size_t b = 0; b < n; ++b)
-        if (a == b || !work.data.effects[k].each_segment)
-          means.covariance(a, b) += means.effects(a, k) * means.effects(b, k);
-}
-
-RestingMeans resting_means(const Work& work) {
-  RestingMeans means;
-  const auto row = rows_of_stretches(work, means);
-  const std::size_t n = means.segments.size(), p = work.data.design.columns, effects = work.data.effects.size();
-  means.design = Matrix(n, p);
-  means.effects = Matrix(n, effects);
-  means.output.assign(n, 0.0);
-  means.time.assign(n, 0.0);
-  means.duration.assign(n, 0.0);
-  for (const std::size_t g : means.segments) means.duration[*row[g]] = work.solution.segments[g].duration;
-  for (std::size_t i = 0; i < work.data.weights.size(); ++i) {
-    if (!row[work.data.segment[i]]) continue;
-    const std::size_t r = *row[work.data.segment[i]];
-    const double share = work.data.weights[i] / means.duration[r];
-    for (std::size_t j = 0; j < p; ++j) means.design(r, j) += share * work.data.design(i, j);
-    for (std::size_t k = 0; k < effects; ++k) means.effects(r, k) += share * work.data.effects[k].column[i];
-    means.output[r] += share * work.data.observations[i];
-    means.time[r] += share * work.rows.time[i];
-  }
-  add_covariance(work, means);
-  return means;
+SegmentMeans resting_means(const Work& work) {
+  std::vector<std::size_t> resting;
+  for (std::size_t g = 0; g < work.solution.segments.size(); ++g)
+    if (work.solution.segments[g].steady) resting.push_back(g);
+  return segment_means(work, std::move(resting), work.solution.fit.slow_variance);
 }
 
 /// Which position each segment holds: equal numbers where the same is felt in one power-up.
-std::vector<std::size_t> positions_of(const Work& work, const RestingMeans& means) {
+std::vector<std::size_t> positions_of(const Work& work, const SegmentMeans& means) {
   std::vector<std::size_t> position;
   const auto& stretches = work.evidence.test.stretches;
   for (std::size_t a = 0; a < means.segments.size(); ++a) {
@@ -103,7 +49,7 @@ std::vector<std::size_t> positions_of(const Work& work, const RestingMeans& mean
 }
 
 /// Positions against repeats, and repeats against positions.
-void look_at_repeats(const Work& work, const std::string& role, const RestingMeans& means, Solution& solution) {
+void look_at_repeats(const Work& work, const std::string& role, const SegmentMeans& means, Solution& solution) {
   const auto fit = lack_of_fit(means.design, indicators(positions_of(work, means)), means.output, means.covariance);
   if (!(fit.freedom > 0.0 && fit.error_freedom > 0.0)) return;
   if (fit.error_freedom >= least_error_freedom && fit.probability < rare)
@@ -118,7 +64,7 @@ void look_at_repeats(const Work& work, const std::string& role, const RestingMea
 }
 
 /// A drift in time that all positions share.
-void look_at_time(const std::string& role, const RestingMeans& means, Solution& solution) {
+void look_at_time(const std::string& role, const SegmentMeans& means, Solution& solution) {
   const std::size_t n = means.segments.size();
   Matrix time(n, 1);
   for (std::size_t a = 0; a < n; ++a) time(a, 0) = means.time[a];
@@ -144,7 +90,7 @@ struct Suspect {
   double sd = 0.0;  ///< of the coefficient by white noise
 };
 
-std::vector<Suspect> suspects(const Work& work, const RestingMeans& means) {
+std::vector<Suspect> suspects(const Work& work, const SegmentMeans& means) {
   std::vector<double> variances;
   for (const double duration : means.duration) variances.push_back(work.solution.fit.white_variance / duration);
   const Matrix white = diagonal(variances);
@@ -163,7 +109,7 @@ std::vector<Suspect> suspects(const Work& work, const RestingMeans& means) {
 
 /// Errors of the rig that are far larger than stated. Of those that explain the segments almost alike, the one that
 /// needs the least multiple of what is stated.
-void look_at_errors(const Work& work, const std::string& role, const RestingMeans& means, Solution& solution) {
+void look_at_errors(const Work& work, const std::string& role, const SegmentMeans& means, Solution& solution) {
   constexpr double alike = 0.8;  // of the greatest F
   const auto all = suspects(work, means);
   if (all.empty()) return;
@@ -309,7 +255,7 @@ void look_at_settling(const Work& work, const std::string& role, Solution& solut
 
 void warn_of_lack_of_fit(const Problem& problem, Work& work) {
   Solution& solution = work.solution;
-  const RestingMeans means = resting_means(work);
+  const SegmentMeans means = resting_means(work);
   look_within(work, problem.role, solution);
   if (!misplaced(solution.findings)) look_at_settling(work, problem.role, solution);
   if (means.segments.size() < work.data.design.columns + 3) return;

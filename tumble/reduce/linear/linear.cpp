@@ -230,7 +230,7 @@ void finish(const Evidence& evidence, const Problem& problem, Work& work) {
   solution.observations = work.rows.weights.size();
   set_fitted(work, solution.fit.fitted);
   solution.drift_sd = shift_sd(drift_source, data.slow, solution.fit.slow_variance);
-  warn_of_excess(problem, shift_sd(stated_source, data.slow, solution.fit.slow_variance), data.effects, solution);
+  warn_of_excess(problem, work);
   describe_dropped(problem, solution);
   warn_of_lack_of_fit(problem, work);
   warn_of_begins(problem, work);

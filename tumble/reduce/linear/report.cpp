@@ -5,8 +5,6 @@
 #include <cmath>
 
 #include "tumble/core/columns.hpp"
-#include "tumble/math/median.hpp"
-#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/rounding_share.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/reduce/linear/linear.hpp"
@@ -21,7 +19,6 @@ namespace {
 constexpr double unit_weight = 0.005;  ///< [1] within which a weight of three digits is 1
 /// [1] of the usual sd: drift decides the uncertainty, and the noise nothing.
 constexpr double drift_over_noise = 30.0;
-constexpr double drift_over_stated = 3.0;  ///< [1] of the variance as stated, at least
 
 /// " + D_OO", " - 0.5 D_OO" for a weight in the units shown.
 std::string signed_term(double weight, const std::string& name) {
@@ -80,33 +77,6 @@ void warn_of_misfit(const Solution& solution, const std::string& channel_unit, F
   findings.push_back({Finding::Severity::warning,
                       "segments_differ_from_model",
                       {{"difference", solution.drift_sd, channel_unit}, {"times", solution.drift_sd / usual}}});
-}
-
-namespace {
-
-/// Mean square [u^2] of what is drawn anew for each segment: positions move their outputs apart as a drift does.
-double variance_of_positions(const std::vector<KnownEffect>& effects) {
-  double sum = 0.0;
-  for (const KnownEffect& effect : effects)
-    if (effect.each_segment && !effect.column.empty())
-      for (const double shift : effect.column) sum += shift * shift / static_cast<double>(effect.column.size());
-  return sum;
-}
-
-}  // namespace
-
-void warn_of_excess(const Problem& problem, double stated, const std::vector<KnownEffect>& effects,
-                    Solution& solution) {
-  if (!(stated > 0.0)) return;
-  const std::size_t segments = solution.segments.size(), columns = solution.columns.size();
-  const double freedom = segments > columns ? static_cast<double>(segments - columns) : 1.0;
-  std::vector<double> noise;
-  for (const auto& segment : solution.segments) noise.push_back(segment.sd);
-  const double expected = std::hypot(stated, median(noise), std::sqrt(variance_of_positions(effects)));
-  const double times = std::hypot(solution.drift_sd, expected) / expected;
-  // seldom where the statement is right: what else moves segments counts as well
-  if (times * times < std::max(drift_over_stated, chi_square_quantile(exceeded_in_10000, freedom) / freedom)) return;
-  solution.findings.push_back({Finding::Severity::warning, "more_drift_than_stated", {{"times", times}}, problem.role});
 }
 
 void describe_dropped(const Problem& problem, Solution& solution) {

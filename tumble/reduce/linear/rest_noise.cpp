@@ -6,6 +6,7 @@
 
 #include "tumble/math/median.hpp"
 #include "tumble/math/regression/lack_of_fit.hpp"
+#include "tumble/math/regression/least_squares.hpp"
 #include "tumble/math/rounding_share.hpp"
 #include "tumble/math/square.hpp"
 #include "tumble/reduce/linear/boundaries.hpp"
@@ -18,7 +19,8 @@ constexpr double begins_by_chance = 1e-4;  ///< [1] over all segments of a sound
 /// [1] of the variance at rest: a rig that turns shakes the instrument a little, and twice the noise doubles the intervals.
 constexpr double motion_over_rest = 4.0;
 constexpr double least_freedom_of_noise = 8.0;  ///< with fewer, F says nothing at such p
-constexpr double far_noisier = 10.0;            ///< [1] of the median variance: such a segment is no noise
+/// [1] of the usual variance, and of what one in a thousand reaches with its degrees of freedom: such a segment is no noise.
+constexpr double far_noisier = 10.0;
 
 /// Weighted squares of some rows about their mean.
 struct RowScatter {
@@ -63,19 +65,26 @@ struct Noise {
   double variance = 0.0, freedom = 0.0;
 };
 
-/// Of all scatters but those far noisier than the median.
+/// [1] of the true variance: this quantile of one with so many degrees of freedom.
+double shown_by(double quantile, double freedom) { return chi_square_quantile(quantile, freedom) / freedom; }
+
+/// Of all scatters but those far noisier than usual. Two averages show a hundredth of the variance or seven times of it by
+/// chance: the usual variance is the median of them, each over the median of its own distribution, and a scatter is cut
+/// off only where its own degrees of freedom do not explain it. Else the noise of short segments comes out too small.
 Noise pooled(const std::vector<RowScatter>& scatters) {
+  constexpr double middle = 0.5;
   std::vector<double> variances;
   for (const RowScatter& one : scatters)
-    if (one.freedom() > 0.0) variances.push_back(one.squares / one.freedom());
+    if (one.freedom() > 0.0) variances.push_back(one.squares / one.freedom() / shown_by(middle, one.freedom()));
   if (variances.empty()) return {};
-  const double most = far_noisier * median(variances);
+  const double usual = median(variances);
   Noise noise;
-  for (const RowScatter& one : scatters)
-    if (one.freedom() > 0.0 && one.squares <= most * one.freedom()) {
-      noise.variance += one.squares;
-      noise.freedom += one.freedom();
-    }
+  for (const RowScatter& one : scatters) {
+    const double freedom = one.freedom();
+    if (!(freedom > 0.0) || one.squares > far_noisier * usual * shown_by(exceeded_in_1000, freedom) * freedom) continue;
+    noise.variance += one.squares;
+    noise.freedom += freedom;
+  }
   if (noise.freedom > 0.0) noise.variance /= noise.freedom;
   return noise;
 }

@@ -20,11 +20,10 @@ struct Work;
 /// hold: only its shape counts, not its size. Findings go into the work's solution.
 void warn_of_lack_of_fit(const Problem& problem, Work& work);
 
-/// Where the segments differ by more than the bias instability that was stated, and the errors of the rig that are drawn
-/// anew for each segment, let expect.
-///
-/// Given     stated    rms of what the instability does to a segment [SI of the output]
-///           effects   known ones of the fit
-void warn_of_excess(const Problem& problem, double stated, const std::vector<KnownEffect>& effects, Solution& solution);
+/// Where the segments differ from the model by more than the bias instability as stated, white noise and the errors of the
+/// rig let expect: generalised least squares of the segment means with this covariance alone, whose squares have a
+/// chi-square distribution (F, as far as the white noise decides) in sound tests. The variances that the fit finds are
+/// no part of it: few segments may show any, and flicker that all segments share is not seen in what they differ by.
+void warn_of_excess(const Problem& problem, Work& work);
 
 }  // namespace tumble::linear
