@@ -193,7 +193,8 @@ double edge_of(const std::vector<double>& distances) {
 /// Given: sorted, present counts.
 bool is_cut_at_both_ends(const std::vector<double>& sorted, const Register& r) {
   if (sorted.front() < r.lowest || sorted.back() > r.highest) return false;
-  if (sorted[4 * at_edge] > 0.5 * (r.lowest + r.highest) || sorted[sorted.size() - 4 * at_edge] < 0.5 * (r.lowest + r.highest))
+  if (sorted[4 * at_edge] > 0.5 * (r.lowest + r.highest) ||
+      sorted[sorted.size() - 4 * at_edge] < 0.5 * (r.lowest + r.highest))
     return false;
   std::vector<double> above, below;
   for (const double count : sorted) below.push_back(count - r.lowest + 0.5);
@@ -224,7 +225,8 @@ bool leaps(const std::vector<double>& values) {
   double low = INFINITY, high = -INFINITY;
   for (const double value : values) low = std::fmin(low, value), high = std::fmax(high, value);
   const double least = 0.75 * (high - low);
-  return std::ranges::adjacent_find(values, [&](double a, double b) { return std::abs(b - a) > least; }) != values.end();
+  return std::ranges::adjacent_find(values, [&](double a, double b) { return std::abs(b - a) > least; }) !=
+         values.end();
 }
 
 /// Values of a converter: whole multiples of its step, as counts.
@@ -280,7 +282,7 @@ Findings run(const Recording& recording, const Plan* plan) {
 
 }  // namespace
 
-extern const Check counter_overflow{"counter_overflow",
-                                    "counts or values of a converter that pass the end of their register or stop there", run};
+extern const Check counter_overflow{
+    "counter_overflow", "counts or values of a converter that pass the end of their register or stop there", run};
 
 }  // namespace tumble::checks::counter_overflow
