@@ -39,6 +39,33 @@ TEST(Checks, CounterThatRunsOver) {
   }
 }
 
+// A converter whose values go on over its end comes back at the other one, in counts and in units of the sensor.
+TEST(Checks, ValuesThatGoOnOverTheEndOfTheirRegister) {
+  const auto noise = white(20'000, 33);
+  for (const double sd : {300.0, 3000.0, 12'000.0}) {
+    const auto turned = series(noise.size(), [&](std::size_t i) {
+      const double count = std::round(32'768.0 - sd + sd * noise[i]);
+      return count - 65'536.0 * std::floor(count / 65'536.0 + 0.5);
+    });
+    auto rates = turned, cut = turned, held = turned;
+    for (double& value : rates) value *= 0.0175;
+    for (std::size_t i = 0; i < cut.size(); ++i) {
+      held[i] = 0.0175 * std::clamp(std::round(32'768.0 - sd + sd * noise[i]), -32'768.0, 32'767.0);
+      cut[i] = 0.0175 * std::clamp(2.0 * sd * noise[i], -32'768.0, 32'767.0);
+    }
+    const auto said_of = [](const std::vector<double>& values) {
+      return findings_of("counter_overflow", recording({channel("gyro", "deg/s", values)}));
+    };
+    const Findings found = said_of(rates);
+    ASSERT_EQ(found.size(), 1u) << sd;
+    EXPECT_TRUE(is_finding(found[0], "counter_overflow",
+                           {{"bits", 16}, {"register", Phrase{"signed_register"}}, {"size", 65536}}, "gyro"));
+    EXPECT_EQ(findings_of("counter_overflow", recording({counts(turned)})).size(), 1u) << sd;
+    EXPECT_EQ(said(said_of(held)), "") << sd;
+    EXPECT_EQ(said(said_of(cut)), "") << sd;
+  }
+}
+
 TEST(Checks, CounterThatStopsAtItsEnd) {
   const auto noise = white(4000, 32);
   const auto stopped =

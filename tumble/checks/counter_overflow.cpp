@@ -6,6 +6,7 @@
 
 #include "tumble/checks/check.hpp"
 #include "tumble/checks/support/counts.hpp"
+#include "tumble/checks/support/signals.hpp"
 
 namespace tumble::checks::counter_overflow {
 
@@ -125,13 +126,13 @@ bool fills(const Spread& spread, const Register& r) {
          spread.highest >= r.highest - end;
 }
 
-Finding overflow(const Channel& channel, const Register& r, const Jumps& jumps) {
+Finding overflow(const Channel& channel, const Register& r, std::span<const double> counts, const Jumps& jumps) {
   return {Finding::Severity::error,
           "counter_overflow",
           {{"bits", r.bits},
            {"register", Phrase{r.lowest < 0.0 ? "signed_register" : "unsigned_register"}},
-           {"counts", std::llround(channel.values[jumps.first])},
-           {"before", std::llround(channel.values[jumps.first - 1])},
+           {"counts", std::llround(counts[jumps.first])},
+           {"before", std::llround(counts[jumps.first - 1])},
            {"size", std::llround(r.highest - r.lowest + 1.0)}},
           channel.name,
           {jumps.count, channel.time(jumps.first)}};
@@ -146,7 +147,7 @@ std::optional<Finding> passed_over(const Channel& channel, const Spread& spread)
     const Passages found = passages_in(channel.values, r);
     if (found.passages.count >= there_and_back &&
         static_cast<double>(found.passages.count) >= least_share * static_cast<double>(found.jumps))
-      return overflow(channel, r, found.passages);
+      return overflow(channel, r, channel.values, found.passages);
   }
   return std::nullopt;
 }
@@ -159,9 +160,82 @@ std::optional<Finding> ran_over(const Channel& channel, const Spread& spread) {
     if (least_steps * (step + 1.0) > r.highest - r.lowest) continue;
     const Jumps jumps = jumps_in(channel.values, r, step);
     if (jumps.count == 0) continue;
-    return overflow(channel, r, jumps);
+    return overflow(channel, r, channel.values, jumps);
   }
   return std::nullopt;
+}
+
+/// Values of a noise that goes on over the end of a register: it is cut there, and what is missing stands at the other
+/// end. Within a density there are twice as many values within twice the distance of the end, here 2 +- 0.25. Of a tail
+/// that happens to reach so far there are ten times as many, and of values that stop at the end hardly more.
+constexpr std::size_t at_edge = 40;
+constexpr double narrowest = 4.0;  ///< [counts] that are looked at: of fewer the share of each matters
+constexpr double fewest = 1.4, most = 2.6;
+constexpr double alike = 2.5;  ///< how many times as dense values are at one end as at the other
+/// [1] samples with a value that came before: in a record without steps hardly two are the same.
+constexpr std::size_t least_again = 50;
+
+struct Wrapped {
+  Register reg;
+  Jumps jumps;
+};
+
+/// Given: sorted, distances [counts] from an end of the register. Returned: how far the edge is looked at; 0: there is none.
+double edge_of(const std::vector<double>& distances) {
+  const double near = std::max(narrowest, distances[at_edge - 1]);
+  const auto within = [&](double far) {
+    return static_cast<double>(std::ranges::upper_bound(distances, far) - distances.begin());
+  };
+  const double there = within(near), twice = within(2.0 * near);
+  return twice > fewest * there && twice < most * there ? near / there : 0.0;
+}
+
+/// Given: sorted, present counts.
+bool is_cut_at_both_ends(const std::vector<double>& sorted, const Register& r) {
+  if (sorted.front() < r.lowest || sorted.back() > r.highest) return false;
+  if (sorted[4 * at_edge] > 0.5 * (r.lowest + r.highest) ||
+      sorted[sorted.size() - 4 * at_edge] < 0.5 * (r.lowest + r.highest))
+    return false;
+  std::vector<double> above, below;
+  for (const double count : sorted) below.push_back(count - r.lowest + 0.5);
+  for (auto count = sorted.rbegin(); count != sorted.rend(); ++count) above.push_back(r.highest - *count + 0.5);
+  const double up = edge_of(above), down = edge_of(below);
+  return up > 0.0 && down > 0.0 && up < alike * down && down < alike * up;
+}
+
+/// Noise that is wide against the register: jumps from end to end do not stand out in it.
+std::optional<Wrapped> wrapped(const std::vector<double>& counts) {
+  std::vector<double> sorted;
+  std::ranges::copy_if(counts, std::back_inserter(sorted), [](double v) { return std::isfinite(v); });
+  if (sorted.size() < 16 * at_edge) return std::nullopt;
+  std::ranges::sort(sorted);
+  for (const Register& r : all_registers()) {
+    if (!is_cut_at_both_ends(sorted, r)) continue;
+    const double far = 0.5 * (r.highest - r.lowest);
+    Jumps jumps;
+    for (std::size_t i = 1; i < counts.size(); ++i)
+      if (std::abs(counts[i] - counts[i - 1]) > far && jumps.count++ == 0) jumps.first = i;
+    if (jumps.count > at_edge) return Wrapped{r, jumps};
+  }
+  return std::nullopt;
+}
+
+/// Whether a sample is three quarters of the range from the one before: seldom in noise, often where it is cut in two.
+bool leaps(const std::vector<double>& values) {
+  double low = INFINITY, high = -INFINITY;
+  for (const double value : values) low = std::fmin(low, value), high = std::fmax(high, value);
+  const double least = 0.75 * (high - low);
+  return std::ranges::adjacent_find(values, [&](double a, double b) { return std::abs(b - a) > least; }) !=
+         values.end();
+}
+
+/// Values of a converter: whole multiples of its step, as counts.
+std::optional<Finding> wrapped_values(const Channel& channel) {
+  if (channel.unit.offset() != 0.0 || channel.values.empty() || !leaps(channel.values)) return std::nullopt;
+  const std::vector<double> counts = as_counts(channel.values, least_again);
+  if (counts.empty()) return std::nullopt;
+  const auto wide = wrapped(counts);
+  return wide ? std::optional(overflow(channel, wide->reg, counts, wide->jumps)) : std::nullopt;
 }
 
 /// Counts that stay at the last number of a register, more of them than one below.
@@ -184,16 +258,22 @@ std::optional<Finding> stopped(const Channel& channel, const Spread& spread) {
   return std::nullopt;
 }
 
-Findings run(const Recording& recording, const Plan*) {
+Findings run(const Recording& recording, const Plan* plan) {
   Findings findings;
   for (const Channel& channel : recording.channels) {
-    if (!counts_pulses(channel)) continue;
+    if (!counts_pulses(channel)) {
+      if (!is_signal(channel, plan)) continue;
+      if (auto finding = wrapped_values(channel)) findings.push_back(std::move(*finding));
+      continue;
+    }
     const Spread spread = spread_of(channel);
     if (!spread.whole) continue;
     if (auto finding = ran_over(channel, spread))
       findings.push_back(std::move(*finding));
     else if (auto passed = passed_over(channel, spread))
       findings.push_back(std::move(*passed));
+    else if (auto wide = wrapped(channel.values))
+      findings.push_back(overflow(channel, wide->reg, channel.values, wide->jumps));
     else if (auto other = stopped(channel, spread))
       findings.push_back(std::move(*other));
   }
@@ -202,7 +282,7 @@ Findings run(const Recording& recording, const Plan*) {
 
 }  // namespace
 
-extern const Check counter_overflow{"counter_overflow",
-                                    "pulse counts that pass the end of their register or stop there", run};
+extern const Check counter_overflow{
+    "counter_overflow", "counts or values of a converter that pass the end of their register or stop there", run};
 
 }  // namespace tumble::checks::counter_overflow

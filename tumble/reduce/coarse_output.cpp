@@ -113,4 +113,8 @@ std::optional<CoarseOutput> coarse_output(const ConductedTest& test) {
   return CoarseOutput{step, *values.all.begin(), noise * step, std::sqrt(rounding_variance(noise)) * step};
 }
 
+double rounding_sd(double step, double scatter) {
+  return step * std::sqrt(rounding_variance(noise_of(square(scatter / step))));
+}
+
 }  // namespace tumble

@@ -29,4 +29,9 @@ struct CoarseOutput {
 /// See       Widrow and Kollar, Quantization Noise (2008), chapter 4: the characteristic function of rounded noise
 std::optional<CoarseOutput> coarse_output(const ConductedTest& test);
 
+/// The rounding_sd [u] above, of samples that scatter by `scatter` [u], their rounding included, about what they show.
+///
+/// Given     step  [u] above zero
+double rounding_sd(double step, double scatter);
+
 }  // namespace tumble

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "tumble/core/channel.hpp"
 
 namespace tumble::support {
@@ -12,5 +14,10 @@ struct Spread {
   bool whole = false;  ///< two samples or more, all of those that are there whole numbers
 };
 Spread spread_of(const Channel& channel);
+
+/// Values [u] as multiples [1] of the step of a converter; empty where they have none, or are not counted from zero.
+///
+/// Given     again_least  samples that repeat another one's value: the step is the least difference between two values
+std::vector<double> as_counts(const std::vector<double>& values, std::size_t again_least);
 
 }  // namespace tumble::support

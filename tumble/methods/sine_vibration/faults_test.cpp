@@ -132,6 +132,41 @@ TEST(SineVibrationFaults, ShakerThatWasNotOnOrAtAnotherFrequency) {
   EXPECT_NEAR(value_of(other.findings, "frequency_differs_from_plan", "measured"), 40.0, 1e-3);
 }
 
+/// Changes the counts of each tone of `evidence` about their mean, by the part of the segment that has passed.
+void along_tones(Evidence& evidence, const std::function<double(double)>& of_unit, double drift = 0.0) {
+  auto& values = counts(evidence).values;
+  for (const double begin : {4.0, 14.5, 25.0}) {
+    const auto first = static_cast<std::size_t>(begin * 200.0), n = static_cast<std::size_t>(6.5 * 200.0);
+    for (std::size_t i = 0; i < n; ++i) {
+      const double part = static_cast<double>(i) / static_cast<double>(n);
+      double& v = values[first + i];
+      v = std::round(100.0 + of_unit(part) * (v - 100.0) + drift * part);
+    }
+  }
+}
+
+TEST(SineVibrationFaults, TonesThatAreNotSteadyAreNamed) {
+  const auto sound = sine_method().identify(shaken({}), {});
+  for (const char* code :
+       {"vibration_not_steady", "vibration_not_throughout", "gain_changes_in_tone", "mean_drifts_in_tone"})
+    EXPECT_EQ(finding_of(sound.findings, code), nullptr) << code;
+  Evidence evidence = shaken({});
+  along_tones(evidence, [](double part) { return 1.0 + 0.2 * part; });
+  EXPECT_NEAR(value_of(sine_method().identify(evidence, {}).findings, "gain_changes_in_tone", "change"), 0.19, 0.03);
+  std::erase_if(evidence.recordings[0].channels, [](const Channel& channel) { return channel.name == "reference"; });
+  EXPECT_NEAR(value_of(sine_method().identify(evidence, {}).findings, "vibration_not_steady", "change"), 0.19, 0.03);
+  evidence = shaken({});
+  along_tones(
+      evidence, [](double) { return 1.0; }, 3.0);
+  EXPECT_NE(finding_of(sine_method().identify(evidence, {}).findings, "mean_drifts_in_tone"), nullptr);
+  // A shaker that comes up late: the time in which it runs is used, and the gains are those of before.
+  evidence = shaken({});
+  along_tones(evidence, [](double part) { return part < 0.3 ? 0.0 : 1.0; });
+  const auto late = sine_method().identify(evidence, {});
+  EXPECT_NE(finding_of(late.findings, "vibration_not_throughout"), nullptr);
+  EXPECT_NEAR(value(late, "gain_40Hz"), value(sound, "gain_40Hz"), 2e-3);
+}
+
 // Counts of a constant: 0.13 of a pulse a window beats with the windows at 26 Hz, 0.2 at 40 Hz as if it were a tone.
 TEST(SineVibrationFaults, RoundingIsNoTone) {
   for (const double pulses : {99.87, 100.2}) {

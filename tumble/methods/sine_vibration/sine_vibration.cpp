@@ -2,6 +2,7 @@
 
 #include "tumble/methods/method.hpp"
 #include "tumble/methods/sine_vibration/describe.hpp"
+#include "tumble/methods/sine_vibration/steady.hpp"
 #include "tumble/reduce/answer.hpp"
 #include "tumble/units/error.hpp"
 
@@ -46,7 +47,8 @@ void require_points(const vibration::Data& data, const Measured& measured) {
 
 Estimate identify(const Evidence& evidence, const Progress& progress) {
   const Settings& settings = evidence.plan.settings;
-  const vibration::Data data = vibration::data_of(evidence);
+  vibration::Data data = vibration::data_of(evidence);
+  check_steadiness(data);
   report(progress, 0.2, "sine fits");
   const Measured measured = measure(data);
   require_points(data, measured);

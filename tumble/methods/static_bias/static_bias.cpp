@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "tumble/checks/grain.hpp"
 #include "tumble/core/columns.hpp"
 #include "tumble/language/say.hpp"
 #include "tumble/math/linear_algebra.hpp"
@@ -17,6 +18,7 @@
 #include "tumble/methods/static_bias/power_on.hpp"
 #include "tumble/methods/static_bias/reference.hpp"
 #include "tumble/reduce/answer.hpp"
+#include "tumble/reduce/coarse_output.hpp"
 #include "tumble/reduce/even_signal.hpp"
 #include "tumble/reduce/lost_by_value.hpp"
 #include "tumble/reduce/output_model.hpp"
@@ -55,6 +57,7 @@ struct RunBias {
   double rate = 0.0;
   std::size_t samples = 0;
   double mean = 0.0;
+  double rounding = 0.0;  ///< [u] sd of the mean by the steps of the output
   AverageScatter shorter, longer;
   Blocks blocks;
 };
@@ -68,6 +71,15 @@ double mean_of(std::span<const double> values) {
     ++count;
   }
   return origin + sum / count;
+}
+
+/// What the steps of an output may move its mean by [u], an sd: rounding, as far as noise does not even it out; and half a step
+/// to either side where the steps exceed the noise, since values that were cut off look like rounded ones.
+double steps_move_mean(std::span<const double> values) {
+  const Grain grain = grain_of(values);
+  if (!(grain.step > 0.0)) return 0.0;
+  const double cut_off = is_coarse(grain) ? 0.5 * grain.step / std::sqrt(3.0) : 0.0;
+  return std::hypot(rounding_sd(grain.step, grain.scatter), cut_off);
 }
 
 RunBias analyse(const ChannelRun& stretch, const Settings& settings) {
@@ -88,6 +100,7 @@ RunBias analyse(const ChannelRun& stretch, const Settings& settings) {
     run.rate = signal.rate;
     run.samples = signal.values.size();
     run.mean = mean_of(signal.values);
+    run.rounding = steps_move_mean(signal.values);
     run.blocks = blocks_of(signal.values, signal.rate);
     const auto size = static_cast<std::size_t>(std::max(1.0, std::round(shorter_time * signal.rate)));
     run.shorter = scatter_of_averages(signal.values, size);
@@ -300,8 +313,11 @@ std::vector<ErrorLine> lines_of(const std::vector<RunBias>& runs, const Referenc
   std::vector<ErrorLine> lines{from_covariance("output noise", noise),
                                from_variances("scatter between power-ups", repeat)};
   for (auto& line : lines) line.degrees_of_freedom = freedoms_of(builder.estimate);
-  if (reference.source.empty()) return lines;
   std::vector<double> shift(n, 0.0);
+  // Power-ups at one level are off by the same part of a step.
+  for (const RunBias& run : runs) shift.front() += run.rounding / static_cast<double>(runs.size());
+  if (shift.front() > 0.0) lines.push_back(from_shifts("steps of the output", as_column(shift)));
+  if (reference.source.empty()) return lines;
   shift.front() = reference.shift;
   lines.push_back(from_shifts(reference.source, as_column(shift), reference.key));
   return lines;

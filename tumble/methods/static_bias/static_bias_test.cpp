@@ -284,6 +284,22 @@ TEST(StaticBias, SaysWhatAllPowerUpsHaveInCommon) {
   }
 }
 
+// Rounded to steps, or cut off to the step below: the noise does not even it out.
+TEST(StaticBias, StepsGreaterThanTheNoiseAreInTheUncertainty) {
+  for (const auto rounded : {+[](double v) { return std::round(v); }, +[](double v) { return std::floor(v); }}) {
+    double squares = 0.0;
+    for (std::uint64_t seed = 0; seed < 40; ++seed) {
+      const double bias = 10.0 + static_cast<double>(seed) / 40.0;
+      Evidence one = at_rest({.angle_random_walk = 0.3}, bias, 4000, 5100 + seed);
+      for (double& sample : one.recordings[0].channels[0].values) sample = rounded(sample);
+      const Estimate estimate = find_method("static_bias").identify(one, {});
+      squares += std::pow((value(estimate, "bias") - bias) / standard_uncertainty(estimate, 0), 2);
+    }
+    EXPECT_LT(std::sqrt(squares / 40.0), 2.0);
+    EXPECT_GT(std::sqrt(squares / 40.0), 0.05);
+  }
+}
+
 TEST(StaticBias, AsksWhichOfSeveralChannelsIsMeant) {
   auto evidence = at_rest({.angle_random_walk = 1.0}, 0.0, 2000, 1);
   evidence.recordings[0].channels.push_back(evidence.recordings[0].channels[0]);
