@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <unordered_set>
 
 #include "tumble/core/budget.hpp"
 #include "tumble/report/error_model/json.hpp"
@@ -300,28 +300,39 @@ Problems for_people(const Problems& problems, const std::string& file) {
   return result;
 }
 
-/// The names of each object that is being read: nlohmann keeps the last of two values, and a file has two authors.
-class NamesOnce {
+/// Looks for members that are there twice: of two values the last would count, and such a file has two authors. A pass of
+/// its own, since nlohmann looks at all elements of an array for each where it is to call back.
+class Twice final : public nlohmann::json_sax<nlohmann::json> {
  public:
-  bool operator()(int, nlohmann::json::parse_event_t event, nlohmann::json& name) {
-    if (event == nlohmann::json::parse_event_t::object_start) open_.emplace_back();
-    if (event == nlohmann::json::parse_event_t::object_end) open_.pop_back();
-    if (event == nlohmann::json::parse_event_t::key && !open_.back().insert(name.get<std::string>()).second)
-      twice.push_back(say("'{}' is there twice in one object", name.get<std::string>()));
+  bool start_object(std::size_t) override { return open_.emplace_back(), true; }
+  bool end_object() override { return open_.pop_back(), true; }
+  bool key(std::string& name) override {
+    if (!open_.back().insert(name).second) problems.push_back(say("'{}' is there twice in one object", name));
     return true;
   }
+  bool null() override { return true; }
+  bool boolean(bool) override { return true; }
+  bool number_integer(std::int64_t) override { return true; }
+  bool number_unsigned(std::uint64_t) override { return true; }
+  bool number_float(double, const std::string&) override { return true; }
+  bool string(std::string&) override { return true; }
+  bool binary(nlohmann::json::binary_t&) override { return true; }
+  bool start_array(std::size_t) override { return true; }
+  bool end_array() override { return true; }
+  bool parse_error(std::size_t, const std::string&, const nlohmann::json::exception&) override { return false; }
 
-  Problems twice = {};
+  Problems problems = {};
 
  private:
-  std::vector<std::set<std::string>> open_ = {};
+  std::vector<std::unordered_set<std::string>> open_ = {};
 };
 
 nlohmann::json parsed(const std::string& text, const std::string& file) {
   try {
-    NamesOnce names;
-    auto document = nlohmann::json::parse(text, std::ref(names));
-    if (!names.twice.empty()) throw Error{Error::Kind::bad_file, for_people(names.twice, file)};
+    auto document = nlohmann::json::parse(text);
+    Twice twice;
+    nlohmann::json::sax_parse(text, &twice);
+    if (!twice.problems.empty()) throw Error{Error::Kind::bad_file, for_people(twice.problems, file)};
     return document;
   } catch (const nlohmann::json::parse_error& error) {
     if (std::filesystem::path(file).extension() != ".json" && file.find('.') != std::string::npos)
