@@ -156,7 +156,8 @@ int main(int count, char** words) {
       "uncertainty, for\n"
       "every parameter. Wanted: {} to {}. With 100 tests a right prediction gives 0.82 to 1.19 (99 %). A plan with a "
       "parameter outside\n"
-      "has {} tests. *Not drawn*: parameters whose promise is mostly a data sheet's, which no simulation draws; they scatter less.\n\n"
+      "has {} tests. *Not drawn*: parameters whose promise is mostly a data sheet's, which no simulation draws; they "
+      "scatter less.\n\n"
       "| plan | tests | parameters | scatter over prediction | outside | not drawn |\n|---|---:|---:|---:|---:|---:|\n",
       first, low, high, again);
   std::string outside;

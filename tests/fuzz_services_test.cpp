@@ -47,7 +47,8 @@ TEST_P(FuzzServices, AnyBytesAreTakenOrRefused) {
   ASSERT_FALSE(seeds.empty());
   std::mt19937_64 random(40);
   for (std::size_t i = 0; i < inputs; ++i) {
-    const std::string bytes = changed_somewhere(seeds[random() % seeds.size()], random, "[]{}=\"'.,:-+eE0129nif\n#&%/\\ ");
+    const std::string bytes =
+        changed_somewhere(seeds[random() % seeds.size()], random, "[]{}=\"'.,:-+eE0129nif\n#&%/\\ ");
     ASSERT_EQ(fuzz::run_target(GetParam(), bytes, folder.file("f")), "") << "input " << i;
   }
 }

@@ -41,20 +41,17 @@ TEST_P(SmallFiles, TakeLittleMemoryAndTime) {
   EXPECT_LT(most_memory() - before, a_gigabyte);
 }
 
-INSTANTIATE_TEST_SUITE_P(Attack, SmallFiles,
-                         ::testing::Values(SmallFile{"bag2_ids_at_2_63.db3.gz", "", 10},
-                                           SmallFile{"hdf5_300_hard_links.h5.gz", "", 0},
-                                           SmallFile{"lvm_same_names_4000.lvm.gz", "", 4000},
-                                           SmallFile{"lvm_step_1e308.lvm", "", 0},
-                                           SmallFile{"mat_same_names_5000.mat.gz", "a", 5000},
-                                           SmallFile{"mat_skipped_names.mat.gz", "gyro", 1},
-                                           SmallFile{"mat_tiny_arrays.mat.gz", "c", 0},
-                                           SmallFile{"uff_step_1e308.uff", "", 0},
-                                           SmallFile{"ulog_empty_formats.ulg", "", 0}),
-                         [](const auto& file) {
-                           const std::string name = file.param.name;
-                           return name.substr(0, name.find('.'));
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    Attack, SmallFiles,
+    ::testing::Values(SmallFile{"bag2_ids_at_2_63.db3.gz", "", 10}, SmallFile{"hdf5_300_hard_links.h5.gz", "", 0},
+                      SmallFile{"lvm_same_names_4000.lvm.gz", "", 4000}, SmallFile{"lvm_step_1e308.lvm", "", 0},
+                      SmallFile{"mat_same_names_5000.mat.gz", "a", 5000},
+                      SmallFile{"mat_skipped_names.mat.gz", "gyro", 1}, SmallFile{"mat_tiny_arrays.mat.gz", "c", 0},
+                      SmallFile{"uff_step_1e308.uff", "", 0}, SmallFile{"ulog_empty_formats.ulg", "", 0}),
+    [](const auto& file) {
+      const std::string name = file.param.name;
+      return name.substr(0, name.find('.'));
+    });
 
 }  // namespace
 }  // namespace tumble

@@ -146,7 +146,8 @@ std::vector<Argument> workers_of(FleetArguments& arguments) {
            .type = "NUMBER"},
           {.name = "--patience",
            .value = &arguments.patience,
-           .description = "run, record: how long a run waits while a cluster has no\nworker, or no scheduler that answers (default: 600)",
+           .description = "run, record: how long a run waits while a cluster has no\nworker, or no scheduler that "
+                          "answers (default: 600)",
            .type = "SECONDS"},
           {.name = "--timeout",
            .value = &arguments.timeout,

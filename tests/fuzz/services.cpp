@@ -86,7 +86,8 @@ std::string run_route(std::string_view bytes, const std::string& path) {
   request.method = route.substr(0, route.find(' '));
   request.path = route.substr(route.find(' ') + 1);
   request.query = query_of(line);
-  request.headers = {{"host", "127.0.0.1:8321"}, {"origin", "http://127.0.0.1:8321"}, {"content-type", "application/json"}};
+  request.headers = {
+      {"host", "127.0.0.1:8321"}, {"origin", "http://127.0.0.1:8321"}, {"content-type", "application/json"}};
   request.body = rest.substr(std::min(rest.size(), line.size() + 1));
   request.body_bytes = request.body.size();
   try {

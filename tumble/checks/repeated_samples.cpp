@@ -41,8 +41,8 @@ constexpr double least_held_share = 0.1;
 /// Of the places of one phase of a pattern all repeat the one before, by chance with p = 0.7^60 = 5e-10; of every other phase
 /// some do and some do not, so that the pattern is not that of a slow rate that is counted.
 constexpr std::size_t least_places = 60;
-constexpr std::size_t most_with_pattern = 4;  ///< parts of a record
-constexpr std::size_t finer_by = 4;           ///< frequencies in what the length of a part resolves
+constexpr std::size_t most_with_pattern = 4;             ///< parts of a record
+constexpr std::size_t finer_by = 4;                      ///< frequencies in what the length of a part resolves
 constexpr double least_beside = 0.1, most_beside = 0.7;  ///< [1] of the other places that repeat
 constexpr std::size_t phases_beside = 4;
 constexpr double slowest = 0.03, fastest = 0.5;  ///< [1/sample] of held values: each is held at most once more
@@ -156,7 +156,8 @@ double clearest_frequency(const std::vector<bool>& repeats) {
   real_transform(padded, spectrum);
   double most = pattern_power * n * share * (1.0 - share), best = NAN;
   for (std::size_t k = 0; k < spectrum.size(); ++k) {
-    const double frequency = static_cast<double>(k) / static_cast<double>(padded.size()), power = std::norm(spectrum[k]);
+    const double frequency = static_cast<double>(k) / static_cast<double>(padded.size()),
+                 power = std::norm(spectrum[k]);
     if (frequency >= slowest && frequency < fastest && power > most) most = power, best = frequency;
   }
   return best;

@@ -67,10 +67,12 @@ void refuse_impossible_clocks(const Recording& recording, const std::string& pat
     else if (channel.values.size() > 1 && rate > 0.0 && rate < slowest)
       problems.push_back(say("'{}': the samples of channel '{}' are {:.2g} s apart: in which unit is the time?", path,
                              channel.name, 1.0 / rate));
-    else if (const std::size_t size = channel.values.size(); size > 0 && !std::isfinite(channel.timeline.time(size - 1)))
-      problems.push_back(say("'{}': the time of the last sample of channel '{}' is no number of a computer: in which "
-                             "unit is the time?",
-                             path, channel.name));
+    else if (const std::size_t size = channel.values.size();
+             size > 0 && !std::isfinite(channel.timeline.time(size - 1)))
+      problems.push_back(
+          say("'{}': the time of the last sample of channel '{}' is no number of a computer: in which "
+              "unit is the time?",
+              path, channel.name));
   for (const Mark& mark : recording.marks)
     if (std::abs(mark.begin) > last)
       problems.push_back(

@@ -22,11 +22,11 @@ namespace {
 constexpr std::size_t most_tests = 48;
 /// [tests] Weight of the stated variances beside the scatter of the values: chosen, a dozen tests.
 constexpr double weight_of_stated = 12.0;
-constexpr std::size_t fewest_tests = 4;          ///< of a large test: where the variance of one is known better
-constexpr std::size_t steps_of_all = 1 << 23;    ///< of all channels, for one prediction: some seconds of a processor
-constexpr std::size_t largest_test = 1 << 30;    ///< [byte] that one test may take in memory
-constexpr std::uint64_t first_seed = 20251129;   ///< chosen: any that people do not type
-constexpr std::uint64_t apart = 1000;            ///< seeds of the parts of one test: more than there are tests
+constexpr std::size_t fewest_tests = 4;         ///< of a large test: where the variance of one is known better
+constexpr std::size_t steps_of_all = 1 << 23;   ///< of all channels, for one prediction: some seconds of a processor
+constexpr std::size_t largest_test = 1 << 30;   ///< [byte] that one test may take in memory
+constexpr std::uint64_t first_seed = 20251129;  ///< chosen: any that people do not type
+constexpr std::uint64_t apart = 1000;           ///< seeds of the parts of one test: more than there are tests
 
 /// The tests that have to be simulated for one result: that of the plan, and those of recordings with their own.
 std::vector<std::shared_ptr<const Plan>> parts_of(const Plan& plan) {
