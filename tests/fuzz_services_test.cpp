@@ -42,7 +42,7 @@ class FuzzServices : public ::testing::TestWithParam<const char*> {};
 TEST_P(FuzzServices, AnyBytesAreTakenOrRefused) {
   const char* const stated = std::getenv("TUMBLE_FUZZ_INPUTS");
   const std::size_t inputs = stated ? std::strtoul(stated, nullptr, 10) : 300;
-  static const ScratchFolder folder;  // the workbench of the target lives as long as the process
+  const ScratchFolder folder;
   const auto seeds = fuzz::seeds_of(GetParam(), TUMBLE_SOURCE_DIR, folder.file("seed"));
   ASSERT_FALSE(seeds.empty());
   std::mt19937_64 random(40);

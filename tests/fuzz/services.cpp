@@ -1,5 +1,8 @@
 #include "services.hpp"
 
+#include <fmt/format.h>
+#include <unistd.h>
+
 #include <filesystem>
 #include <fstream>
 
@@ -34,21 +37,29 @@ const std::vector<std::string>& routes() {
 }
 
 /// A folder that lives as long as the process.
-fs::path made_folder(const std::string& path) {
-  const fs::path folder = path + ".folder";
-  fs::create_directories(folder);
-  std::ofstream(folder / "first.json") << to_json(testing::estimate());
-  std::ofstream(folder / "data.csv") << "time[s],gyro.x[deg/h]\n0,1\n1,2\n2,1\n3,2\n";
-  std::ofstream(folder / "plan.toml") << "method = \"static_bias\"\n";
-  return folder;
-}
+struct Folder {
+  fs::path path = fs::temp_directory_path() / fmt::format("tumble_fuzz_{}", getpid());
 
-Workbench& workbench(const std::string& path) {
-  static const fs::path folder = made_folder(path);
+  Folder() {
+    fs::create_directories(path);
+    std::ofstream(path / "first.json") << to_json(testing::estimate());
+    std::ofstream(path / "data.csv") << "time[s],gyro.x[deg/h]\n0,1\n1,2\n2,1\n3,2\n";
+    std::ofstream(path / "plan.toml") << "method = \"static_bias\"\n";
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  ~Folder() {
+    std::error_code none;
+    fs::remove_all(path, none);
+  }
+};
+
+Workbench& workbench() {
+  static const Folder folder;
   static Workbench bench([] {
     WorkbenchOptions options;
-    options.folder = folder;
-    options.cache = folder / "cache";
+    options.folder = folder.path;
+    options.cache = folder.path / "cache";
     options.clock = options.steady = [] { return 1e9; };
     options.port = 8321;
     return options;
@@ -78,7 +89,7 @@ std::string run_station(std::string_view bytes) {
   return wrong.empty() || read(Error::Kind::bad_file).empty() ? "" : wrong;
 }
 
-std::string run_route(std::string_view bytes, const std::string& path) {
+std::string run_route(std::string_view bytes) {
   if (bytes.empty()) return "";
   const std::string& route = routes()[static_cast<unsigned char>(bytes[0]) % routes().size()];
   const std::string_view rest = bytes.substr(1), line = rest.substr(0, rest.find('\n'));
@@ -91,7 +102,7 @@ std::string run_route(std::string_view bytes, const std::string& path) {
   request.body = rest.substr(std::min(rest.size(), line.size() + 1));
   request.body_bytes = request.body.size();
   try {
-    const HttpResponse response = workbench(path).handler().answer(request);
+    const HttpResponse response = workbench().handler().answer(request);
     if (response.status >= 500 && response.status != 501 && response.status != 503)
       return route + ": status " + std::to_string(response.status) + ": " + response.body;
   } catch (const std::exception& error) {

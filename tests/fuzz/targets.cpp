@@ -197,7 +197,7 @@ std::string run_target(const std::string& name, std::string_view bytes, const st
     return read_hostile_as(*format, path, some_options(bytes.size()));
   }
   if (name == "archive") return run_archive(bytes, path);
-  if (name == "route") return run_route(bytes, path);
+  if (name == "route") return run_route(bytes);
   if (name == "station") return run_station(bytes);
   if (name == "controller") return run_controller(bytes);
   if (name == "controller_bytes") return run_controller_bytes(bytes);
