@@ -76,8 +76,9 @@ def test_a_run_goes_on_and_computes_nothing_twice(units, serial_table, tmp_path)
     assert made.table().equals(serial_table)
     assert sorted(computed(out)) == sorted(set(computed(out)))
     os.utime(next(units.iterdir()))  # the bytes are the same: read again, not computed again
+    parts = parquet_files(out)
     fleet.run("allan_noise", units, out, executor="serial")
-    assert len(computed(out)) == UNITS
+    assert len(computed(out)) == UNITS and parquet_files(out) == parts, "no row is added twice"
 
 
 def test_a_dask_client_gives_the_same_table(units, serial_table, tmp_path, monkeypatch):
@@ -522,9 +523,7 @@ def test_a_compaction_that_is_killed_loses_nothing(units, tmp_path, monkeypatch)
     names = sorted(units.iterdir())[:4]
     remove = Store.remove
     for last in (1, 2, 4):
-        monkeypatch.setattr(
-            Store, "remove", lambda *_: None
-        )  # as of a run that is killed after its rows are in the table
+        monkeypatch.setattr(Store, "remove", lambda *_: None)  # as of a run that is killed at this moment
         fleet.run("allan_noise", names[:last], whole, executor="serial")
     monkeypatch.setattr(Store, "remove", remove)
     assert len(list(whole.glob("rows/*/*/*.json"))) == 4

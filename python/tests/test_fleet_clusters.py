@@ -91,8 +91,9 @@ class Cluster:
         with contextlib.suppress(ProcessLookupError):
             os.killpg(self.processes[name].pid, how)
 
-    def client(self, workers: int) -> distributed.Client:
-        client = self._stack.enter_context(distributed.Client(self.address, timeout=60))
+    def client(self, workers: int, timeout: float = 60.0) -> distributed.Client:
+        """Given: timeout [s] for which it tries to reach the scheduler again."""
+        client = self._stack.enter_context(distributed.Client(self.address, timeout=timeout))
         client.wait_for_workers(workers, timeout=60)
         return client
 
@@ -199,11 +200,12 @@ def test_workers_that_come_back_in_time_go_on(cluster, units, serial_table, tmp_
     assert made.table().equals(serial_table)
 
 
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
-def test_a_run_whose_scheduler_is_gone_ends_with_what_is_done(cluster, units, tmp_path, how, monkeypatch):
+@pytest.mark.parametrize(("how", "patience"), [(signal.SIGKILL, 3.0), (signal.SIGKILL, 600.0), (signal.SIGSTOP, 3.0)])
+def test_a_run_whose_scheduler_is_gone_ends_with_what_is_done(cluster, units, tmp_path, how, patience, monkeypatch):
+    """With much patience the run ends when the client of Dask gives up."""
     monkeypatch.setattr(Dask, "PATIENCE", 1.0)
     cluster.worker("only")
-    client = cluster.client(1)
+    client = cluster.client(1, timeout=6.0)
 
     def kill(done, what):
         if done >= 2 / UNITS:
@@ -211,7 +213,7 @@ def test_a_run_whose_scheduler_is_gone_ends_with_what_is_done(cluster, units, tm
 
     begin = time.monotonic()
     with pytest.warns(tumble.TumbleWarning, match="the same call goes on"):
-        made = fleet.run("allan_noise", units, tmp_path / "fleet", executor=client, patience=3.0, progress=kill)
+        made = fleet.run("allan_noise", units, tmp_path / "fleet", executor=client, patience=patience, progress=kill)
     assert time.monotonic() - begin < 60
     gone(made, "the scheduler at ")
     again = fleet.run("allan_noise", units, tmp_path / "fleet", executor="serial")

@@ -210,10 +210,13 @@ class Dask:
         """Processors of the workers that are there: some may come later."""
         return max(1, sum(self._workers.values()))
 
-    def lacks(self) -> str:
-        """The scheduler, or workers."""
+    def _require_scheduler(self) -> None:
         if self._client.status in ("closing", "closed"):
             raise GoneError(f"the scheduler at {self._address} has ended")
+
+    def lacks(self) -> str:
+        """The scheduler, or workers."""
+        self._require_scheduler()
         silent = f"the scheduler at {self._address}, which does not answer"
         if self._client.status != "running":
             return silent
@@ -230,9 +233,14 @@ class Dask:
         return "" if self._workers else f"workers of the scheduler at {self._address}, which has none"
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
-        """Sends the call to the scheduler."""
+        """Sends the call to the scheduler. Raises GoneError where it has ended."""
+        self._require_scheduler()
         future: Future[Any] = Future()
-        remote = self._client.submit(function, *arguments, pure=False)
+        try:
+            remote = self._client.submit(function, *arguments, pure=False)
+        except Exception as error:  # between two states of the client
+            future.set_exception(WorkerDiedError(f"no scheduler took the task: {type(error).__name__}: {error}"))
+            return future
         remote.add_done_callback(lambda one: self._fetching.submit(self._settle, one, future))
         return future
 
@@ -303,13 +311,23 @@ class Waiting:
         self._looked = self._said = time.monotonic()
         self._since: float | None = None  # when somebody was missed first
 
+    @property
+    def lacking(self) -> bool:
+        """Whether somebody is missed, so that no task should be given away now."""
+        return self._since is not None
+
     def some_of(self, futures: Collection[Future[Any]]) -> set[Future[Any]]:
-        """Those that are done, one or more. Raises GoneError where nobody has come for as long as is waited."""
+        """Those that are done, one or more; where none is given, a while later none.
+
+        Raises GoneError where nobody has come for as long as is waited.
+        """
         while True:
+            if not futures:
+                time.sleep(self.TICK)
             done = wait(futures, timeout=self.TICK, return_when=FIRST_COMPLETED).done
             if time.monotonic() - self._looked >= self.TICK:
                 self._look(bool(done))
-            if done:
+            if done or not futures:
                 return done
 
     def _look(self, answered: bool) -> None:

@@ -54,38 +54,20 @@ class Fleet:
         """The folder."""
         return self._store.folder
 
-    def _entries(self) -> dict[str, tuple[str, dict[str, Any]]]:
-        """The last line of the logs on each recording, with the name of its run."""
-        entries: dict[str, tuple[str, dict[str, Any]]] = {}
-        for name in self._store.names("log", suffix=".jsonl"):
-            for line in self._store.lines("log", name):
-                if "status" in line:
-                    entries[line["recording"]] = (run_of(name), line)
-        return entries
-
     def _rows(self) -> list[dict[str, Any]]:
         """One row a recording, in order of their names."""
-        rows = {row["key"]: row for row in read_parts(self._store, self._document["tumble"])}
-        made: list[dict[str, Any]] = []
-        by_bytes: dict[str, list[tuple[str, dict[str, Any]]]] = {}
-        entries = sorted(self._entries().items(), key=lambda one: (one[1][0], one[0]))
-        for recording, (run, entry) in entries:
-            row = rows.get(entry.get("key"))
-            if row is None and entry.get("key") is not None:
-                continue  # of another version
-            if row is None:
-                row = {"status": "error", "error": entry["error"], "sha256": "", "serial": entry["serial"]}
-            row = {**row, "recording": recording}
-            if row["sha256"]:
-                by_bytes.setdefault(row["sha256"], []).append((run, row))
-            made.append(row)
-        for same in by_bytes.values():
-            latest = max(run for run, _ in same)
-            first = min((row for run, row in same if run == latest), key=lambda row: str(row["recording"]))
-            for _, row in same:
-                if row is not first and row["status"] == "ok":
-                    row["status"], row["error"] = "duplicate", f"the same bytes as {first['recording']}"
-        return sorted(made, key=lambda row: str(row["recording"]))
+        rows: dict[str | None, dict[str, Any]] = {}
+        with contextlib.closing(self._index()) as index:
+            rows.update((row["key"], row) for row in read_parts(self._store, self._document["tumble"]))
+            return [
+                {
+                    **rows.get(one.key, {"sha256": "", "serial": one.serial}),
+                    "recording": one.recording,
+                    "status": one.status,
+                    "error": one.error,
+                }
+                for one in index.outcomes()
+            ]
 
     def table(self) -> Any:
         """A pyarrow Table: a row for each recording, by name, with each parameter and its sd (`NAME_sd`).
@@ -118,7 +100,7 @@ class Fleet:
     def errors(self) -> dict[str, str]:
         """What went wrong, by recording."""
         with contextlib.closing(self._index()) as index:
-            return dict(index.errors())
+            return {one.recording: one.error for one in index.outcomes() if one.status == "error"}
 
     def status(self) -> Status:
         """How much is done."""

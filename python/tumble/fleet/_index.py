@@ -16,13 +16,25 @@ CREATE TABLE entry (recording TEXT PRIMARY KEY, serial TEXT, run TEXT, key TEXT,
 CREATE TABLE row (key TEXT PRIMARY KEY, status TEXT, error TEXT, sha256 TEXT) WITHOUT ROWID;
 """
 # Of the same bytes under several names the first of the latest run counts.
-JOINED = """
-SELECT recording, CASE WHEN status = 'ok' AND place > 1 THEN 'duplicate' ELSE status END AS status, error FROM (
-  SELECT e.recording, coalesce(r.status, 'error') AS status, coalesce(r.error, e.error) AS error,
-    CASE WHEN r.sha256 IS NULL OR r.sha256 = '' THEN 1
-      ELSE row_number() OVER (PARTITION BY r.sha256 ORDER BY e.run DESC, e.recording) END AS place
-  FROM entry e LEFT JOIN row r ON e.key = r.key WHERE e.key IS NULL OR r.key IS NOT NULL)
+OUTCOMES = """
+SELECT recording, serial, key, CASE WHEN status = 'ok' AND place > 1 THEN 'duplicate' ELSE status END AS status,
+  CASE WHEN status = 'ok' AND place > 1 THEN 'the same bytes as ' || first ELSE error END AS error FROM (
+  SELECT e.recording, e.serial, e.key, coalesce(r.status, 'error') AS status, coalesce(r.error, e.error) AS error,
+    CASE WHEN r.sha256 IS NULL OR r.sha256 = '' THEN 1 ELSE row_number() OVER same END AS place,
+    first_value(e.recording) OVER same AS first
+  FROM entry e LEFT JOIN row r ON e.key = r.key WHERE e.key IS NULL OR r.key IS NOT NULL
+  WINDOW same AS (PARTITION BY r.sha256 ORDER BY e.run DESC, e.recording))
 """
+
+
+class Outcome(NamedTuple):
+    """Which row a recording has, and how it ended: ok, error or duplicate."""
+
+    recording: str
+    serial: str
+    key: str | None
+    status: str
+    error: str
 
 
 class Entry(NamedTuple):
@@ -58,15 +70,17 @@ class Index:
         """Whether the folder has the row of a key."""
         return self._database.execute("SELECT 1 FROM row WHERE key = ?", (key,)).fetchone() is not None
 
+    def forget(self, keys: set[str]) -> None:
+        """As if the folder had no such rows."""
+        self._database.executemany("DELETE FROM row WHERE key = ?", ((key,) for key in keys))
+
     def states(self) -> dict[str, int]:
         """How many recordings are ok, error and duplicate."""
-        return dict(self._database.execute(f"SELECT status, count(*) FROM ({JOINED}) GROUP BY status"))
+        return dict(self._database.execute(f"SELECT status, count(*) FROM ({OUTCOMES}) GROUP BY status"))
 
-    def errors(self) -> Iterator[tuple[str, str]]:
-        """Recording and error, in order of the recordings."""
-        yield from self._database.execute(
-            f"SELECT recording, error FROM ({JOINED}) WHERE status = 'error' ORDER BY recording"
-        )
+    def outcomes(self) -> Iterator[Outcome]:
+        """Of all recordings, in order of their names."""
+        return map(Outcome._make, self._database.execute(f"{OUTCOMES} ORDER BY recording"))
 
     def close(self) -> None:
         """Ends the database, and with it its file."""

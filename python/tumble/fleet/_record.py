@@ -128,7 +128,7 @@ class _Work:
 
         answers = Waiting(self.engine, self._patience, say)
         while waiting or in_flight:
-            while waiting and len(in_flight) < QUEUE * self.engine.slots:
+            while waiting and not answers.lacking and len(in_flight) < QUEUE * self.engine.slots:
                 number = waiting.popleft()
                 future = self.engine.submit(function, self.job, *tasks[number])
                 in_flight[future] = number

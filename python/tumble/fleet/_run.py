@@ -153,8 +153,10 @@ class _Driver:
         self._job = job._replace(log=name)
 
     def run(self, tasks: list[Task], executor: Any, workers: int | None, call: Call | None) -> None:
-        with contextlib.closing(self._log):
+        with contextlib.ExitStack() as ends:
+            ends.enter_context(contextlib.closing(self._log))
             gather(self._store, self._document)
+            self._index = ends.enter_context(contextlib.closing(Index(self._store, self._job.version)))
             waiting = self._to_do(tasks)
             self._all, self._done, self._call = len(tasks), len(tasks) - len(waiting), call
             self._begin = time.monotonic()
@@ -183,16 +185,13 @@ class _Driver:
     def _to_do(self, tasks: list[Task]) -> deque[Task]:
         """The recordings that no earlier run did, or that have changed since: nothing is read."""
         forgotten: set[str] = set()  # keys of errors that are to be tried again
-        index = Index(self._store, self._job.version)
-        try:
-            waiting = deque(task for task in tasks if not self._is_done(task, index, forgotten))
-        finally:
-            index.close()
+        waiting = deque(task for task in tasks if not self._is_done(task, forgotten))
         forget(self._store, self._document, forgotten)
+        self._index.forget(forgotten)
         return waiting
 
-    def _is_done(self, task: Task, index: Index, forgotten: set[str]) -> bool:
-        known = index.entry(task.recording)
+    def _is_done(self, task: Task, forgotten: set[str]) -> bool:
+        known = self._index.entry(task.recording)
         if known is None or known.serial != task.serial or known.key is None:
             return False
         if known.status == "error" and self._retry_errors:
@@ -203,7 +202,7 @@ class _Driver:
                 return False
         except TumbleError:
             return False
-        return index.has_row(known.key)
+        return self._index.has_row(known.key)
 
     def _carry_out(self, waiting: deque[Task], executor: Any, workers: int | None) -> None:
         engine = engine_of(executor, workers, self._timeout)
@@ -234,9 +233,9 @@ class _Driver:
     ) -> None:
         """Keeps tasks in flight until none waits."""
         while waiting or in_flight:
-            while waiting and len(in_flight) < (1 if alone else QUEUE * engine.slots):
-                task = waiting.popleft()
-                in_flight[engine.submit(reduce, self._job, task)] = task
+            while waiting and not answers.lacking and len(in_flight) < (1 if alone else QUEUE * engine.slots):
+                in_flight[engine.submit(reduce, self._job, waiting[0])] = waiting[0]
+                waiting.popleft()
             for future in answers.some_of(in_flight):
                 task = in_flight.pop(future)
                 self._take(task, future, waiting, alone=alone or engine.knows_the_culprit)
@@ -278,7 +277,7 @@ class _Driver:
         self._done += 1
         self._errors += answer["status"] == "error"
         self._say({"recording": task.recording, "serial": task.serial, **answer})
-        if row is not None:
+        if row is not None and not self._index.has_row(row["key"]):
             self._rows.append(row)
             if len(self._rows) >= BATCH:
                 self._write_rows()

@@ -235,7 +235,7 @@ def trace(store: Store, what: str, key: str, recording: str) -> None:
 def _known_row(store: Store, job: Job, task: Task, sha256: str, key: str) -> dict[str, Any] | None:
     """The row of what was done before; None: it was not, or a power failure has damaged what it left.
 
-    A result whose row is not there (a process ended between the two, or the row is in the dataset) gives its row again.
+    Where the row is not there (a process ended before it, or the row is in the table) it is made from the result.
     """
     with contextlib.suppress(ValueError):
         row: dict[str, Any] | None = json.loads(store.read("rows", job.version, *name_of_key(key)) or b"null")
@@ -244,9 +244,7 @@ def _known_row(store: Store, job: Job, task: Task, sha256: str, key: str) -> dic
     with contextlib.suppress(ValueError):
         document = json.loads(store.read("results", job.version, *name_of_key(key)) or b"null")
         if document is not None:
-            row = {**_row_without_result(job, task, sha256, key), **_row_of(document)}
-            store.write(json.dumps(row, ensure_ascii=False).encode(), "rows", job.version, *name_of_key(key))
-            return row
+            return {**_row_without_result(job, task, sha256, key), **_row_of(document)}
     return None
 
 
