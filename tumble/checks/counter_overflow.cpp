@@ -180,12 +180,12 @@ struct Wrapped {
   Jumps jumps;
 };
 
-/// Given: sorted, distances [counts] from an end of the register. Returned: how far the edge is looked at; 0: there is none.
-double edge_of(const std::vector<double>& distances) {
-  const double near = std::max(narrowest, distances[at_edge - 1]);
-  const auto within = [&](double far) {
-    return static_cast<double>(std::ranges::upper_bound(distances, far) - distances.begin());
-  };
+/// Given     near    [counts] from an end of the register in which at_edge of the counts lie
+///           within  how many lie within a distance [counts] of that end
+/// Returned  distance over which there is one count; 0: the noise is not cut there
+template <class Within>
+double edge_of(double near, const Within& within) {
+  near = std::max(narrowest, near);
   const double there = within(near), twice = within(2.0 * near);
   return twice > fewest * there && twice < most * there ? near / there : 0.0;
 }
@@ -196,10 +196,13 @@ bool is_cut_at_both_ends(const std::vector<double>& sorted, const Register& r) {
   if (sorted[4 * at_edge] > 0.5 * (r.lowest + r.highest) ||
       sorted[sorted.size() - 4 * at_edge] < 0.5 * (r.lowest + r.highest))
     return false;
-  std::vector<double> above, below;
-  for (const double count : sorted) below.push_back(count - r.lowest + 0.5);
-  for (auto count = sorted.rbegin(); count != sorted.rend(); ++count) above.push_back(r.highest - *count + 0.5);
-  const double up = edge_of(above), down = edge_of(below);
+  const double begin = r.lowest - 0.5, end = r.highest + 0.5;
+  const double down = edge_of(sorted[at_edge - 1] - begin, [&](double far) {
+    return static_cast<double>(std::ranges::upper_bound(sorted, begin + far) - sorted.begin());
+  });
+  const double up = edge_of(end - sorted[sorted.size() - at_edge], [&](double far) {
+    return static_cast<double>(sorted.end() - std::ranges::lower_bound(sorted, end - far));
+  });
   return up > 0.0 && down > 0.0 && up < alike * down && down < alike * up;
 }
 

@@ -1,6 +1,7 @@
 #include "tumble/methods/sine_vibration/steady.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -40,9 +41,11 @@ void add_block(const Series& series, const std::vector<double>& values, std::siz
   for (std::size_t j = from; j < to; ++j) {
     if (!std::isfinite(values[j])) continue;
     const double angle = two_pi * series.shake.frequency * series.time[j];
-    const std::vector<double> row{std::cos(angle), std::sin(angle), 1.0};
-    add_square(normal, 1.0, row);
-    right = scaled_sum(right, values[j], row);
+    const std::array<double, 3> row{std::cos(angle), std::sin(angle), 1.0};
+    for (std::size_t a = 0; a < row.size(); ++a) {
+      right[a] += values[j] * row[a];
+      for (std::size_t b = 0; b < row.size(); ++b) normal(a, b) += row[a] * row[b];
+    }
     ++count;
   }
   const double c = normal(0, 0), s = normal(1, 1), x = normal(0, 1);

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tumble/checks/grain.hpp"
 #include "tumble/math/noise_model.hpp"
+#include "tumble/reduce/coarse_output.hpp"
 
 namespace tumble::static_bias {
 namespace {
@@ -112,6 +114,13 @@ double mean_variance(const UnitTerm& term, std::size_t samples) {
       return markov_mean_variance(n / term.markov_time);
   }
   return 0.0;
+}
+
+double steps_move_mean(std::span<const double> values) {
+  const Grain grain = grain_of(values);
+  if (!(grain.step > 0.0)) return 0.0;
+  const double cut_off = is_coarse(grain) ? 0.5 * grain.step / std::sqrt(3.0) : 0.0;
+  return std::hypot(rounding_sd(grain.step, grain.scatter), cut_off);
 }
 
 }  // namespace tumble::static_bias

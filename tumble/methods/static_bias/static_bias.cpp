@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "tumble/checks/grain.hpp"
 #include "tumble/core/columns.hpp"
 #include "tumble/language/say.hpp"
 #include "tumble/math/linear_algebra.hpp"
@@ -18,7 +17,6 @@
 #include "tumble/methods/static_bias/power_on.hpp"
 #include "tumble/methods/static_bias/reference.hpp"
 #include "tumble/reduce/answer.hpp"
-#include "tumble/reduce/coarse_output.hpp"
 #include "tumble/reduce/even_signal.hpp"
 #include "tumble/reduce/lost_by_value.hpp"
 #include "tumble/reduce/output_model.hpp"
@@ -71,15 +69,6 @@ double mean_of(std::span<const double> values) {
     ++count;
   }
   return origin + sum / count;
-}
-
-/// What the steps of an output may move its mean by [u], an sd: rounding, as far as noise does not even it out; and half a step
-/// to either side where the steps exceed the noise, since values that were cut off look like rounded ones.
-double steps_move_mean(std::span<const double> values) {
-  const Grain grain = grain_of(values);
-  if (!(grain.step > 0.0)) return 0.0;
-  const double cut_off = is_coarse(grain) ? 0.5 * grain.step / std::sqrt(3.0) : 0.0;
-  return std::hypot(rounding_sd(grain.step, grain.scatter), cut_off);
 }
 
 RunBias analyse(const ChannelRun& stretch, const Settings& settings) {
