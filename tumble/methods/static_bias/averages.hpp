@@ -43,7 +43,7 @@ ExpectedScatter expected_scatter(const std::vector<UnitTerm>& terms, const std::
 /// Returned: variance [1], of a squared coefficient of one.
 double mean_variance(const UnitTerm& term, std::size_t samples);
 
-/// What the steps of an output may move its mean by [u], an sd: rounding, as far as noise does not even it out; and half a step
+/// By how much the steps of an output may move its mean [u], an sd: rounding, as far as noise does not even it out; and half a step
 /// to either side where the steps exceed the noise, since values that were cut off look like rounded ones.
 double steps_move_mean(std::span<const double> values);
 
